@@ -50,11 +50,8 @@ TEST(Batch, SlipsReachTheirStatesInOnePass) {
   }
 }
 
-// Fixes at one place whose errors last: by the dense covariance C of the fixes, the best place is
-// 1^T C^-1 z / 1^T C^-1 1 in each axis.
-TEST(Batch, ErrorsOfFixesLast) {
-  constexpr double kSigma = 0.3, kWhite = 0.2;
-  const std::vector<double> kept = {0.0, 0.99, 0.6, 0.95, 0.2, 0.9};  // with the one before
+// A second at one place, which fixes are to tell.
+Batch standing() {
   Batch batch(NavState(), origin_prior(NavState(), StateVector::Constant(1e-3)));
   NavState second;
   second.time = from_seconds(1.0);
@@ -62,7 +59,15 @@ TEST(Batch, ErrorsOfFixesLast) {
   batch.add_factor(0, 1, std::make_shared<StandstillFactor>(StandstillSigmas{1e-6, 1e-6, 1e-6}));
   batch.add_factor(0, 1, std::make_shared<RandomWalkFactor>(1e-6, 1e-6, 1e-6));
   batch.free_place();
+  return batch;
+}
 
+// Fixes at one place whose errors last: by the dense covariance C of the fixes, the best place is
+// 1^T C^-1 z / 1^T C^-1 1 in each axis.
+TEST(Batch, ErrorsOfFixesLast) {
+  constexpr double kSigma = 0.3, kWhite = 0.2;
+  const std::vector<double> kept = {0.0, 0.99, 0.6, 0.95, 0.2, 0.9};  // with the one before
+  Batch batch = standing();
   const auto n = static_cast<Eigen::Index>(kept.size());
   Eigen::MatrixX2d z = Eigen::MatrixX2d::Random(n, 2);
   Eigen::MatrixXd C = Eigen::MatrixXd::Identity(n, n);
@@ -85,11 +90,7 @@ TEST(Batch, ErrorsOfFixesLast) {
 }
 
 TEST(Batch, SurveyedFixesAreWhite) {
-  Batch batch(NavState(), origin_prior(NavState(), StateVector::Constant(1e-3)));
-  batch.add_state(NavState());
-  batch.add_factor(0, 1, std::make_shared<StandstillFactor>(StandstillSigmas{1e-6, 1e-6, 1e-6}));
-  batch.add_factor(0, 1, std::make_shared<RandomWalkFactor>(1e-6, 1e-6, 1e-6));
-  batch.free_place();
+  Batch batch = standing();
   for (const Eigen::Vector2d& p : {Eigen::Vector2d(1, 2), Eigen::Vector2d(3, 0)})
     batch.add_fix({0, 1, FixFactor(p, Eigen::Matrix2d::Identity(), Eigen::Vector3d::Zero(), 0.5)});
   const NavState& solved = batch.solve({}).front();

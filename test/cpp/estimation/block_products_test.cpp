@@ -4,15 +4,15 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
-#include <random>
+
+#include "support/noise.h"
 
 namespace gprodom {
 namespace {
 
 Block random_matrix(unsigned seed) {
-  std::mt19937 generator(seed);
-  std::normal_distribution<double> normal;
-  return Block::NullaryExpr([&] { return normal(generator); });
+  Noise normal(seed);
+  return Block::NullaryExpr([&] { return normal(); });
 }
 
 using Rows = Eigen::Matrix<double, 5, kBlockSize, Eigen::RowMajor>;

@@ -2,9 +2,9 @@
 #pragma once
 
 #include <cmath>
-#include <random>
 
 #include "estimation/state_estimator.h"
+#include "support/noise.h"
 
 namespace gprodom {
 
@@ -21,8 +21,7 @@ struct Motion {
 };
 
 // One state interval.
-inline StateInput interval(double from, const Motion& motion, std::mt19937& random) {
-  std::normal_distribution<double> noise;
+inline StateInput interval(double from, const Motion& motion, Noise& noise) {
   StateInput input;
   input.time = from_seconds(from + kStateInterval);
   input.noise = {1.6e-4, 6e-4};
@@ -33,10 +32,7 @@ inline StateInput interval(double from, const Motion& motion, std::mt19937& rand
     step.dt = kSampleInterval;
     step.acceleration = Eigen::Vector3d(motion.push, motion.speed * motion.turn, 9.80665);
     step.angular_velocity = Eigen::Vector3d(0, 0, motion.turn + motion.bias);
-    for (int axis = 0; axis < 3; ++axis) {
-      step.acceleration[axis] += 6e-3 * noise(random);
-      step.angular_velocity[axis] += 1.6e-3 * noise(random);
-    }
+    noise.shake(step, 6e-3, 1.6e-3);
     step.wheel_m = motion.speed * kSampleInterval;
     step.bridged = step.long_gap = motion.silent;
     if (motion.silent) step.gap_turn = motion.turn * step.dt;
@@ -46,12 +42,17 @@ inline StateInput interval(double from, const Motion& motion, std::mt19937& rand
   return input;
 }
 
-inline StateEstimator at_ten_seconds(double speed) {
+// All of the first state is well known but, perhaps, the wheel's scale.
+inline StateEstimator at_ten_seconds(double speed, double scale_sigma = 1e-3,
+                                     const Eigen::Vector3d& accel_bias = Eigen::Vector3d::Zero()) {
   InitialState initial;
   initial.state.time = from_seconds(10.0);
   initial.state.v_odom.x() = speed;
+  initial.state.accel_bias = accel_bias;
   initial.noise = {1.6e-4, 6e-4};
-  initial.prior = gaussian_prior(initial.state, 1e-6 * StateMatrix::Identity());
+  StateMatrix covariance = 1e-6 * StateMatrix::Identity();
+  covariance(row::kScale, row::kScale) = scale_sigma * scale_sigma;
+  initial.prior = gaussian_prior(initial.state, covariance);
   return {Config{}, initial};
 }
 

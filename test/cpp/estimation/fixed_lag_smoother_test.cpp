@@ -5,10 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <limits>
-#include <random>
 
 #include "estimation/batch.h"
 #include "estimation/noisy_drive.h"
+#include "support/noise.h"
 
 namespace gprodom {
 namespace {
@@ -21,6 +21,13 @@ class FixedLagSmootherTest : public testing::TestWithParam<SolverKind> {};
 INSTANTIATE_TEST_SUITE_P(Solvers, FixedLagSmootherTest,
                          testing::Values(SolverKind::kCeres, SolverKind::kChain),
                          [](const auto& solver) { return name_of(solver.param); });
+
+StateVector known_start() {  // 1 mm, 1 mrad of yaw
+  StateVector sigma;
+  sigma << 0.01, 0.01, 1e-3, Vector3d::Constant(1e-3), Vector3d::Constant(0.1),
+      Vector3d::Constant(1e-3), Vector3d::Constant(0.03), 0.02;
+  return sigma;
+}
 
 // Differences of biases and scale, measured: the error's rows in which the chart is linear.
 class OffsetFactor final : public Factor {
@@ -42,8 +49,7 @@ class OffsetFactor final : public Factor {
 };
 
 TEST_P(FixedLagSmootherTest, EqualsTheBatchOnALinearProblem) {
-  std::mt19937 engine(1);
-  std::normal_distribution<double> n;
+  Noise n(1);
   NavState first;
   const MarginalPrior prior = origin_prior(first, StateVector::Ones());
   FixedLagSmoother smoother(2.5, {3}, GetParam(), first, prior);
@@ -59,9 +65,8 @@ TEST_P(FixedLagSmootherTest, EqualsTheBatchOnALinearProblem) {
     batch.add_state(x);
     // One between neighbours and one over two intervals, in disagreement.
     for (std::int64_t back = 1; back <= std::min<std::int64_t>(2, k); ++back)
-      tie(k - back, k, std::make_shared<OffsetFactor>(OffsetFactor::Vector7d::NullaryExpr([&] {
-            return n(engine);
-          })));
+      tie(k - back, k,
+          std::make_shared<OffsetFactor>(OffsetFactor::Vector7d::NullaryExpr([&] { return n(); })));
     tie(k - 1, k, std::make_shared<RandomWalkFactor>(0.5, 2.0, 1.0));
     tie(k - 1, k, std::make_shared<StandstillFactor>(StandstillSigmas{1, 1, 1}));
     const SolveSummary summary = smoother.solve();
@@ -98,11 +103,8 @@ TEST_P(FixedLagSmootherTest, StatesThatAMeasurementIsStillToReferToStay) {
 
 TEST_P(FixedLagSmootherTest, PriorGainsNoInformationOnGlobalPositionAndYaw) {
   NoisyDrive drive;
-  StateVector sigma;  // the origin's prior: 1 mm, 1 mrad of yaw
-  sigma << 0.01, 0.01, 1e-3, Vector3d::Constant(1e-3), Vector3d::Constant(0.1),
-      Vector3d::Constant(1e-3), Vector3d::Constant(0.03), 0.02;
   FixedLagSmoother smoother(2.0, {4}, GetParam(), drive.start(),
-                            origin_prior(drive.start(), sigma));
+                            origin_prior(drive.start(), known_start()));
   int steps = 0, accepted = 0;
   for (int k = 0; k < 400; ++k) {
     drive.extend(smoother);
@@ -125,37 +127,43 @@ TEST_P(FixedLagSmootherTest, PriorGainsNoInformationOnGlobalPositionAndYaw) {
   EXPECT_GT(information.minCoeff(), 1.0);  // and not all of the origin's is lost
 }
 
-// Of the wheel's scale alone. Its tangent overshoots far, so that only a damped step is accepted.
-class BentFactor final : public Factor {
+// One row: its residual, its derivative by a coordinate of the later state, and minus that by the
+// same of the earlier state if it is of their difference.
+struct Row {
+  double residual;
+  int coordinate;
+  double derivative;
+  bool of_difference = false;
+};
+class RowFactor final : public Factor {
  public:
+  using Of = Row (*)(const NavState& a, const NavState& b);
+  explicit RowFactor(Of of) : of_(of) {}
   int dimension() const override { return 1; }
-  void evaluate(const NavState&, const NavState& b, Residual& r, Jacobian* Ja,
+  void evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
                 Jacobian* Jb) const override {
-    const double x = 500 * (b.wheel_scale - 1.1);
-    r.resize(1);
-    r[0] = 1e3 * std::atan(x);
+    const Row row = of_(a, b);
+    r.setConstant(1, row.residual);
     if (!Ja) return;
-    Ja->setZero(1, kStateDim);
     Jb->setZero(1, kStateDim);
-    (*Jb)(0, row::kScale) = 1e3 * 500 / (1 + x * x);
+    (*Jb)(0, row.coordinate) = row.derivative;
+    *Ja = (row.of_difference ? -1.0 : 0.0) * *Jb;
   }
+
+ private:
+  Of of_;
 };
 
+// Of the wheel's scale alone. Its tangent overshoots far, so that only a damped step is accepted.
+Row bent_row(const NavState& /*a*/, const NavState& b) {
+  const double x = 500 * (b.wheel_scale - 1.1);
+  return {1e3 * std::atan(x), row::kScale, 1e3 * 500 / (1 + x * x)};
+}
+
 // A measurement of the position in odom, which no sensor of the robot gives.
-class PlaceFactor final : public Factor {
- public:
-  int dimension() const override { return 1; }
-  void evaluate(const NavState&, const NavState& b, Residual& r, Jacobian* Ja,
-                Jacobian* Jb) const override {
-    r.resize(1);
-    r[0] = b.p_odom.x() / 0.1;
-    if (!Ja) return;
-    Ja->setZero(1, kStateDim);
-    Jb->setZero(1, kStateDim);
-    Jb->row(0).segment<3>(row::kP).setUnit(3, 0);
-    Jb->row(0) /= 0.1;
-  }
-};
+Row place_row(const NavState& /*a*/, const NavState& b) {
+  return {b.p_odom.x() / 0.1, row::kP, 10.0};
+}
 
 StateVector loose_origin() {
   StateVector sigma;
@@ -171,7 +179,7 @@ TEST_P(FixedLagSmootherTest, DampingOfTheLastStepAddsNoInformation) {
     FixedLagSmoother smoother(10.0, {40, 1e12}, GetParam(), drive.start(),
                               origin_prior(drive.start(), loose_origin()));
     for (int k = 0; k < 5; ++k) drive.extend(smoother);
-    if (bent) smoother.add_factor(3, 4, std::make_shared<BentFactor>());
+    if (bent) smoother.add_factor(3, 4, std::make_shared<RowFactor>(bent_row));
     const SolveSummary summary = smoother.solve();
     EXPECT_EQ(summary.accepted, 1);
     EXPECT_EQ(summary.steps > 1, bent);
@@ -187,7 +195,7 @@ TEST_P(FixedLagSmootherTest, InformationWithoutAMeasurementIsReported) {
                             origin_prior(drive.start(), loose_origin()));
   for (int k = 0; k < 60; ++k) {
     drive.extend(smoother);
-    if (k == 50) smoother.add_factor(49, 50, std::make_shared<PlaceFactor>());
+    if (k == 50) smoother.add_factor(49, 50, std::make_shared<RowFactor>(place_row));
     const SolveSummary summary = smoother.solve();
     if (k < 55) {  // until the place is marginalised, and is in the prior
       EXPECT_EQ(summary.unfounded, k >= 50) << "state " << k;
@@ -235,13 +243,6 @@ TEST_P(FixedLagSmootherTest, CovarianceEqualsTheDenseInverse) {
   EXPECT_LT(local(newest, same.newest()).norm(), 1e-9);
   const StateVector unit = covariance.diagonal().cwiseSqrt().cwiseInverse();
   EXPECT_LT((unit.asDiagonal() * (from_prior - covariance) * unit.asDiagonal()).norm(), 1e-3);
-}
-
-StateVector known_start() {
-  StateVector sigma;
-  sigma << 0.01, 0.01, 1e-3, Vector3d::Constant(1e-3), Vector3d::Constant(0.1),
-      Vector3d::Constant(1e-3), Vector3d::Constant(0.03), 0.02;
-  return sigma;
 }
 
 // Slip that the robust row outvotes, and a displacement over several states.
@@ -309,17 +310,9 @@ TEST(WindowSolvers, RepeatedSolvesAreBitwiseEqual) {
   EXPECT_EQ(first.newest_covariance(), second.newest_covariance());
 }
 
-// Its residual is a number only where the robot stands still.
-class BrokenFactor final : public Factor {
- public:
-  int dimension() const override { return 1; }
-  void evaluate(const NavState&, const NavState&, Residual& r, Jacobian* Ja,
-                Jacobian* Jb) const override {
-    r.setConstant(1, std::numeric_limits<double>::quiet_NaN());
-    if (Ja) Ja->setZero(1, kStateDim);
-    if (Jb) Jb->setZero(1, kStateDim);
-  }
-};
+Row broken_row(const NavState& /*a*/, const NavState& /*b*/) {
+  return {std::numeric_limits<double>::quiet_NaN(), row::kScale, 0.0};
+}
 
 TEST_P(FixedLagSmootherTest, FailedSolveDoesNotChangeTheStates) {
   NoisyDrive drive;
@@ -330,26 +323,17 @@ TEST_P(FixedLagSmootherTest, FailedSolveDoesNotChangeTheStates) {
   drive.extend(smoother);
   const NavState before = smoother.newest();
   const StateMatrix covariance = smoother.newest_covariance();
-  smoother.add_factor(4, 5, std::make_shared<BrokenFactor>());
+  smoother.add_factor(4, 5, std::make_shared<RowFactor>(broken_row));
   EXPECT_FALSE(smoother.solve().usable);
   EXPECT_EQ(local(before, smoother.newest()), StateVector::Zero());
   EXPECT_EQ(smoother.newest_covariance(), covariance);
 }
 
 // atan of the scale's change, far from its root: a full step goes further away each time.
-class OvershootingFactor final : public Factor {
- public:
-  int dimension() const override { return 1; }
-  void evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
-                Jacobian* Jb) const override {
-    const double x = 3.0 + 10.0 * (b.wheel_scale - a.wheel_scale);
-    r.setConstant(1, 1e3 * std::atan(x));
-    if (!Ja) return;
-    Jb->setZero(1, kStateDim);
-    (*Jb)(0, row::kScale) = 1e4 / (1 + x * x);
-    *Ja = -*Jb;
-  }
-};
+Row overshooting_row(const NavState& a, const NavState& b) {
+  const double x = 3.0 + 10.0 * (b.wheel_scale - a.wheel_scale);
+  return {1e3 * std::atan(x), row::kScale, 1e4 / (1 + x * x), true};
+}
 
 TEST_P(FixedLagSmootherTest, StepThatRaisesTheCostIsDamped) {
   NavState first, second;
@@ -359,7 +343,7 @@ TEST_P(FixedLagSmootherTest, StepThatRaisesTheCostIsDamped) {
   smoother.add_state(second);
   smoother.add_factor(0, 1, std::make_shared<StandstillFactor>(StandstillSigmas{1, 1, 1}));
   smoother.add_factor(0, 1, std::make_shared<RandomWalkFactor>(1.0, 1.0, 100.0));
-  smoother.add_factor(0, 1, std::make_shared<OvershootingFactor>());
+  smoother.add_factor(0, 1, std::make_shared<RowFactor>(overshooting_row));
   const SolveSummary summary = smoother.solve();
   EXPECT_TRUE(summary.usable);
   EXPECT_LT(summary.accepted, summary.steps);

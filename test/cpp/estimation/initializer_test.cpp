@@ -4,7 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
+
+#include "support/noise.h"
 
 namespace gprodom {
 namespace {
@@ -26,11 +27,22 @@ std::vector<ImuSample> samples(const Vector3d& force, const Vector3d& rate, doub
   return all;
 }
 
-TEST(Initializer, RunningEngineCountsAsStandstill) {
-  const auto shaken = samples({0.1, -0.9, 9.75}, kBias, 0.7);
+WheelAtStart wheel_of(double path_m, double begin_mps = 0.0, double end_mps = 0.0) {
   WheelAtStart wheel;
   wheel.received = true;
-  wheel.path_m = 0.022;  // the noise of a wheel speed without a sign
+  wheel.path_m = path_m;
+  wheel.begin_mps = begin_mps;
+  wheel.end_mps = end_mps;
+  return wheel;
+}
+
+StateMatrix covariance_of(const InitialState& initial) {
+  return (initial.prior.A.transpose() * initial.prior.A).inverse();
+}
+
+TEST(Initializer, RunningEngineCountsAsStandstill) {
+  const auto shaken = samples({0.1, -0.9, 9.75}, kBias, 0.7);
+  WheelAtStart wheel = wheel_of(0.022);  // the noise of a wheel speed without a sign
   const Initialization start = initialize(Config{}, shaken, wheel);
   ASSERT_TRUE(start.initial) << start.refusal;
   EXPECT_FALSE(start.initial->on_the_move);
@@ -52,20 +64,15 @@ TEST(Initializer, RobotThatSetsOffOrHasJustStoppedDoesNotStand) {
       if (sets_off && s.time > from_seconds(1.75)) s.acceleration.x() += 0.3;
       if (!sets_off && s.time < from_seconds(0.25)) s.acceleration.x() -= 0.3;
     }
-    WheelAtStart wheel;
-    wheel.received = true;
-    wheel.path_m = 0.009;
+    WheelAtStart wheel = wheel_of(0.009);
     (sets_off ? wheel.end_mps : wheel.begin_mps) = wheel.path_m / WheelAtStart::kSpeedOver;
     const Initialization start = initialize(Config{}, going, wheel);
     EXPECT_FALSE(start.initial);
     EXPECT_NE(start.refusal.find("in half a second"), std::string::npos) << start.refusal;
   }
   // Noise of a wheel at rest is the same all the time.
-  WheelAtStart noisy;
-  noisy.received = true;
-  noisy.path_m = 0.022;
-  noisy.begin_mps = noisy.end_mps = 0.011;
-  EXPECT_TRUE(initialize(Config{}, samples({0, 0, 9.8}, kBias, 0.001), noisy).initial);
+  const auto still = samples({0, 0, 9.8}, kBias, 0.001);
+  EXPECT_TRUE(initialize(Config{}, still, wheel_of(0.022, 0.011, 0.011)).initial);
 }
 
 // A robot that slows down by 0.8 m/s^2 has at the end less than the mean speed of the last half
@@ -73,12 +80,9 @@ TEST(Initializer, RobotThatSetsOffOrHasJustStoppedDoesNotStand) {
 TEST(Initializer, SpeedOnTheMoveIsThatOfTheLastSample) {
   const double slower = -0.8, end = 0.3;
   const auto braking = samples({slower, 0, kStandardGravity}, Vector3d::Zero(), 0.0);
-  WheelAtStart wheel;
-  wheel.received = true;
   const double seconds = to_seconds(braking.back().time), half = WheelAtStart::kSpeedOver / 2;
-  wheel.path_m = seconds * (end - slower * seconds / 2);
-  wheel.begin_mps = end - slower * (seconds - half);
-  wheel.end_mps = end - slower * half;
+  const WheelAtStart wheel = wheel_of(seconds * (end - slower * seconds / 2),
+                                      end - slower * (seconds - half), end - slower * half);
   const Initialization start = initialize_moving(Config{}, braking, wheel);
   ASSERT_TRUE(start.initial) << start.refusal;
   EXPECT_NEAR(start.initial->state.v_odom.x(), end, 0.01);
@@ -92,8 +96,7 @@ TEST(Initializer, TiltIsAsSureAsTheStandstillWasSteady) {
       if (s.time > from_seconds(1.9)) s.acceleration.x() += pushed;
     const Initialization start = initialize(Config{}, all, {});
     EXPECT_TRUE(start.initial) << start.refusal;
-    const Eigen::MatrixXd& A = start.initial->prior.A;
-    const Eigen::MatrixXd P = (A.transpose() * A).inverse();
+    const StateMatrix P = covariance_of(*start.initial);
     const int pitch = row::kTheta + 1, bias = row::kBa;
     // Of the mean force: tilt and bias together.
     const double g = kStandardGravity;
@@ -107,11 +110,7 @@ TEST(Initializer, TiltIsAsSureAsTheStandstillWasSteady) {
 TEST(Initializer, OnTheMoveGravityIsWhatTheWheelDoesNotExplain) {
   const double roll = 0.05, g = kStandardGravity;
   const Vector3d gravity(0, g * std::sin(roll), g * std::cos(roll));
-  WheelAtStart wheel;
-  wheel.received = true;
-  wheel.begin_mps = 1.25;  // 1 m/s at first, 3 m/s at the end
-  wheel.end_mps = 2.75;
-  wheel.path_m = 4.0;
+  const WheelAtStart wheel = wheel_of(4.0, 1.25, 2.75);  // 1 m/s at first, 3 m/s at the end
   const Vector3d rate(0, 0, 0.5);
   const Vector3d force = gravity + Vector3d(1, 0, 0) + rate.cross(Vector3d(2, 0, 0));
   const Initialization start = initialize_moving(Config{}, samples(force, rate, 0.3), wheel);
@@ -121,8 +120,7 @@ TEST(Initializer, OnTheMoveGravityIsWhatTheWheelDoesNotExplain) {
   const Vector3d up = x.q_odom_body.conjugate() * Vector3d::UnitZ();
   EXPECT_LT((up - gravity / g).norm(), 0.02);
   EXPECT_NEAR((x.q_odom_body.conjugate() * x.v_odom).x(), 3.0, 0.02);
-  const StateMatrix covariance =
-      (start.initial->prior.A.transpose() * start.initial->prior.A).inverse();
+  const StateMatrix covariance = covariance_of(*start.initial);
   EXPECT_NEAR(std::sqrt(covariance(row::kBg, row::kBg)), 0.002, 1e-6);
   EXPECT_GT(std::sqrt(covariance(row::kTheta, row::kTheta)), 0.01);
   EXPECT_FALSE(initialize_moving(Config{}, samples(force, rate, 0.3), {}).initial);
@@ -131,21 +129,20 @@ TEST(Initializer, OnTheMoveGravityIsWhatTheWheelDoesNotExplain) {
 // Four seconds on a slope with changing speed, and the wheel's speeds with a slip from 1.5 s to 3
 // s.
 bool agrees(double slip, double vibration) {
-  std::mt19937 random(1);
-  std::normal_distribution<double> noise;
+  Noise noise(1);
   const Vector3d gyro_bias(0.002, -0.002, 0.002);
   const auto speed = [](double t) { return 0.6 + 0.05 * std::sin(2 * t); };
   std::vector<ImuSample> all;
   for (int i = 0; i <= 400; ++i) {
     const double t = i * 0.01;
-    const Vector3d shake(vibration * noise(random), vibration * noise(random), 0);
+    const Vector3d shake(vibration * noise(), vibration * noise(), 0);
     all.push_back({from_seconds(t),
                    Vector3d(0.3 + 0.1 * std::cos(2 * t), 0, kStandardGravity) + shake, gyro_bias});
   }
   WheelSpeeds wheel;
   for (int k = 0; k < 20; ++k) {
     const double t = (k + 0.5) * WheelSpeeds::kPart;
-    wheel.mps.push_back(speed(t) * (t > 1.5 && t < 3 ? 1 + slip : 1.0) + 0.005 * noise(random));
+    wheel.mps.push_back(speed(t) * (t > 1.5 && t < 3 ? 1 + slip : 1.0) + 0.005 * noise());
   }
   return speeds_agree(all, wheel);
 }
@@ -163,16 +160,11 @@ TEST(Initializer, AWheelThatSlipsDisagreesWithTheAccelerations) {
 
 // What is left is surer: a slip that begins soon after the start would hide in the first state.
 TEST(Initializer, OnTheMoveAWheelThatAgreesMakesTheStateSurer) {
-  WheelAtStart wheel;
-  wheel.received = true;
-  wheel.begin_mps = wheel.end_mps = 1.0;
-  wheel.path_m = 2.0;
+  WheelAtStart wheel = wheel_of(2.0, 1.0, 1.0);
   const auto sigma_of = [&](bool agrees, int i) {
     wheel.agrees = agrees;
     const auto level = samples({0, 0, kStandardGravity}, Vector3d::Zero(), 0.0);
-    const MarginalPrior prior = initialize_moving(Config{}, level, wheel).initial->prior;
-    const StateMatrix covariance = (prior.A.transpose() * prior.A).inverse();
-    return std::sqrt(covariance(i, i));
+    return std::sqrt(covariance_of(*initialize_moving(Config{}, level, wheel).initial)(i, i));
   };
   for (const int i : {row::kTheta + 1, row::kV})
     EXPECT_LT(sigma_of(true, i), 0.5 * sigma_of(false, i)) << i;

@@ -3,9 +3,9 @@
 
 #include <cmath>
 #include <memory>
-#include <random>
 
 #include "estimation/fixed_lag_smoother.h"
+#include "support/noise.h"
 
 namespace gprodom {
 
@@ -19,15 +19,12 @@ inline MarginalPrior origin_prior(const NavState& x, const StateVector& sigma) {
 
 // A noisy drive round a circle: IMU and wheel factors between states.
 struct NoisyDrive {
-  std::mt19937 engine{7};
-  std::normal_distribution<double> n;
+  Noise n{7};
   const double speed = 0.6, turn = 0.4, dt = 0.005;
   const Eigen::Vector3d gravity{0, 0, -9.80665};
   const ImuNoise noise{1.6e-4, 5.9e-4};
 
-  Eigen::Vector3d white(double density) {
-    return density / std::sqrt(dt) * Eigen::Vector3d(n(engine), n(engine), n(engine));
-  }
+  Eigen::Vector3d white(double density) { return n.vector(density / std::sqrt(dt)); }
 
   NavState start() const {
     NavState x;
@@ -43,7 +40,7 @@ struct NoisyDrive {
       const Eigen::Vector3d rate = Eigen::Vector3d(0, 0, turn) + white(noise.gyro_density);
       imu.integrate(Eigen::Vector3d(0, speed * turn, 0) - gravity + white(noise.accel_density),
                     rate, dt);
-      wheel.integrate(rate, dt, speed * dt * (1 + 0.02 * n(engine)));
+      wheel.integrate(rate, dt, speed * dt * (1 + 0.02 * n()));
     }
     NavState next = last;
     const auto d = imu.delta();

@@ -4,7 +4,8 @@
 
 #include <Eigen/Cholesky>
 #include <array>
-#include <random>
+
+#include "support/noise.h"
 
 namespace gprodom {
 namespace {
@@ -18,16 +19,15 @@ TEST(NormalMatrix, EveryPassGivesTheDenseSolution) {
   constexpr int kUnknowns = 6;
   const std::array<std::array<int, 3>, 5> unknowns = {
       {{0, 1, 2}, {5, 1, 3}, {kNoUnknown, 4, 2}, {3, 4, 5}, {2, 0, 5}}};
-  std::mt19937 engine(1);
-  std::normal_distribution<double> normal;
+  Noise normal(1);
   NormalMatrix sparse(kUnknowns);
   for (int pass = 0; pass < 3; ++pass) {
     sparse.clear();
     Eigen::MatrixXd H = Eigen::MatrixXd::Zero(kUnknowns, kUnknowns);
     Eigen::VectorXd g = Eigen::VectorXd::Zero(kUnknowns);
     for (std::size_t f = 0; f < unknowns.size(); ++f) {
-      const Matrix23 J = Matrix23::NullaryExpr([&] { return normal(engine); });
-      const Vector2 r = Vector2::NullaryExpr([&] { return normal(engine); });
+      const Matrix23 J = Matrix23::NullaryExpr([&] { return normal(); });
+      const Vector2 r = Vector2::NullaryExpr([&] { return normal(); });
       const double weight = pass == 1 && f == 4 ? 0.0 : 1.5;
       sparse.add<2, 3>(unknowns[f], J, r, weight);
       Eigen::MatrixXd all = Eigen::MatrixXd::Zero(2, kUnknowns);

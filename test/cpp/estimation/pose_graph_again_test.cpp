@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 #include <vector>
 
 #include "estimation/graph/pose_graph.h"
+#include "support/noise.h"
 
 namespace gprodom {
 namespace {
@@ -26,8 +26,8 @@ class Rounds {
   void drive(std::size_t nodes) {
     for (std::size_t i = 0; i < nodes; ++i) {
       PlanarStep step;
-      step.measured = {{kStep + 0.005 * normal_(random_), 0.003 * normal_(random_)},
-                       2 * M_PI / kRound + 0.002 * normal_(random_)};
+      step.measured = {{kStep + 0.005 * normal_(), 0.003 * normal_()},
+                       2 * M_PI / kRound + 0.002 * normal_()};
       step.d_scale.head<2>() = -step.measured.p;
       step.covariance = Eigen::Vector3d(2.5e-5, 9e-6, 4e-6).asDiagonal();
       const std::size_t node = graph.add_node(step);
@@ -38,16 +38,15 @@ class Rounds {
   // wrong_m: how far off; such a one takes no noise, so that it leaves that of the others as it is.
   void revisit(std::size_t memory, std::size_t query, double wrong_m) {
     RevisitEdge edge{memory, query};
-    edge.offset_m = wrong_m != 0.0 ? wrong_m : edge.sigma_m * normal_(random_);
-    edge.lateral_m = wrong_m != 0.0 ? 0.0 : 0.5 * edge.lateral_sigma_m * normal_(random_);
+    edge.offset_m = wrong_m != 0.0 ? wrong_m : edge.sigma_m * normal_();
+    edge.lateral_m = wrong_m != 0.0 ? 0.0 : 0.5 * edge.lateral_sigma_m * normal_();
     graph.add_revisit(edge);
   }
 
   PoseGraphSolution solve() { return graph.solve(1.0, 0.01); }
 
  private:
-  std::mt19937 random_{5};
-  std::normal_distribution<double> normal_;
+  Noise normal_{5};
 };
 
 // That it is left out has been found out once, with wide kernels, which lead far from the last

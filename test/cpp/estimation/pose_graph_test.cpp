@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "estimation/graph/planar_factors.h"
+#include "support/noise.h"
 
 namespace gprodom {
 namespace {
@@ -46,17 +47,16 @@ Drive::Drive(unsigned seed, int passes, double sigma, bool with_revisits, double
       scale_sigma(sigma),
       truth{PlanarPose()},
       graph(PlanarPose(), options) {
-  std::mt19937 engine(seed);
-  std::normal_distribution<double> normal;
-  const double scale_error = scale_sigma * normal(engine);
+  Noise normal(seed);
+  const double scale_error = scale_sigma * normal();
   auto go = [&](const PlanarPose& step) {
     truth.push_back(compose(truth.back(), step));
     PlanarPose seen = step;
     seen.p *= 1 + scale_error;
     const Vector3d sigma = step_covariance().diagonal().cwiseSqrt();
-    seen.p.x() += sigma[0] * normal(engine);
-    seen.p.y() += sigma[1] * normal(engine);
-    seen.yaw += sigma[2] * normal(engine);
+    seen.p.x() += sigma[0] * normal();
+    seen.p.y() += sigma[1] * normal();
+    seen.yaw += sigma[2] * normal();
     return graph.add_node(step_of(seen));
   };
   for (int pass = 0; pass < passes; ++pass) {
@@ -67,8 +67,8 @@ Drive::Drive(unsigned seed, int passes, double sigma, bool with_revisits, double
       RevisitEdge edge{memory, node};
       edge.mirrored = pass % 2 == 1;
       const PlanarPose there = between(truth[memory], truth[node]);
-      edge.offset_m = there.p.x() + edge.sigma_m * normal(engine);
-      edge.lateral_m = there.p.y() + edge.lateral_sigma_m * normal(engine);
+      edge.offset_m = there.p.x() + edge.sigma_m * normal();
+      edge.lateral_m = there.p.y() + edge.lateral_sigma_m * normal();
       graph.add_revisit(edge);
     }
     go({{0, 0}, M_PI});
@@ -81,6 +81,12 @@ Vector3d newest_error(const Drive& drive, const PoseGraphSolution& solution) {
   Vector3d error;
   error << a.p - b.p, wrapped(a.yaw - b.yaw);
   return error;
+}
+
+// Squared error over its covariance.
+double nees(const Drive& drive, const PoseGraphSolution& solution) {
+  const Vector3d error = newest_error(drive, solution);
+  return error.dot(solution.newest.covariance.topLeftCorner<3, 3>().inverse() * error);
 }
 
 TEST(PoseGraph, DerivativesAreThoseOfTheResiduals) {
@@ -132,19 +138,16 @@ TEST(PoseGraph, DerivativesOfTheFirstPriorAreThoseOfItsResidual) {
 
 TEST(PoseGraph, CovarianceIsTrue) {
   for (const bool with_revisits : {false, true}) {
-    double nees = 0;
+    double mean = 0;
     constexpr int kRuns = 800;
     for (unsigned seed = 0; seed < kRuns; ++seed) {
       Drive drive(seed, 3, 0.01, with_revisits);
-      const auto solution = drive.solve();
-      const Vector3d error = newest_error(drive, solution);
-      const Matrix3d covariance = solution.newest.covariance.topLeftCorner<3, 3>();
-      nees += error.dot(covariance.inverse() * error) / kRuns;
+      mean += nees(drive, drive.solve()) / kRuns;
     }
     // Chi-square of 600 degrees of freedom over 200: 99 % within 2.57 to 3.46. A robust kernel
     // loses a little of the information.
-    EXPECT_GT(nees, 2.5) << with_revisits;
-    EXPECT_LT(nees, 3.6) << with_revisits;
+    EXPECT_GT(mean, 2.5) << with_revisits;
+    EXPECT_LT(mean, 3.6) << with_revisits;
   }
 }
 
@@ -274,31 +277,26 @@ TEST(ResumedTrack, ARightRevisitOfEarlierGroundTellsWhereItIs) {
 }
 
 TEST(ResumedTrack, ItsCovarianceIsTrue) {
-  std::mt19937 engine(1);
-  std::normal_distribution<double> normal;
-  double nees = 0;
+  Noise normal(1);
+  double mean = 0;
   constexpr int kRuns = 400;
   for (unsigned seed = 0; seed < kRuns; ++seed) {
     Resumed resumed(seed, 0.2);
     const Matrix3d prior = Resumed::prior(0.2);
     // The truth is where the prior lets it be.
-    const PlanarPose start{
-        {std::sqrt(prior(0, 0)) * normal(engine), std::sqrt(prior(1, 1)) * normal(engine)},
-        std::sqrt(prior(2, 2)) * normal(engine)};
+    const PlanarPose start{{std::sqrt(prior(0, 0)) * normal(), std::sqrt(prior(1, 1)) * normal()},
+                           std::sqrt(prior(2, 2)) * normal()};
     for (PlanarPose& pose : resumed.drive.truth) pose = compose(start, pose);
     if (seed % 2 == 1) {  // every second one sees earlier ground
       for (const std::size_t node : {20, 30})
-        resumed.see_earlier_ground(node, RevisitEdge().sigma_m * normal(engine));
+        resumed.see_earlier_ground(node, RevisitEdge().sigma_m * normal());
     }
-    const auto solution = resumed.drive.solve();
-    const Vector3d error = newest_error(resumed.drive, solution);
-    const Matrix3d covariance = solution.newest.covariance.topLeftCorner<3, 3>();
-    nees += error.dot(covariance.inverse() * error) / kRuns;
+    mean += nees(resumed.drive, resumed.drive.solve()) / kRuns;
   }
   // Chi-square of 1200 degrees of freedom over 400: 99 % within 2.69 to 3.32. The kernels lose a
   // little of the information, and lateral offsets here have no error.
-  EXPECT_GT(nees, 2.5);
-  EXPECT_LT(nees, 3.4);
+  EXPECT_GT(mean, 2.5);
+  EXPECT_LT(mean, 3.4);
 }
 
 // All nodes at the end of a revisit stay, and every other node of a pass over known ground.
@@ -342,7 +340,7 @@ TEST(PoseGraph, ASlipBesideAMeasuredDistanceIsAnErrorOfTheJoinedStep) {
 // Of nodes, and of pieces between cuts.
 TEST(PoseGraph, CovarianceIsTrueOfWhatIsLeft) {
   for (const bool with_cuts : {false, true}) {
-    double nees = 0;
+    double mean = 0;
     constexpr int kRuns = 800;
     for (unsigned seed = 0; seed < kRuns; ++seed) {
       Drive drive(seed, 4, 0.01, true);
@@ -351,13 +349,10 @@ TEST(PoseGraph, CovarianceIsTrueOfWhatIsLeft) {
       for (std::size_t i = 2; with_cuts && i < revisits.size(); i += 4)
         cut[revisits[i].query] = true;
       drive.graph.keep_only(thinned(drive.graph, with_cuts), cut);
-      const auto solution = drive.solve();
-      const Vector3d error = newest_error(drive, solution);
-      const Matrix3d covariance = solution.newest.covariance.topLeftCorner<3, 3>();
-      nees += error.dot(covariance.inverse() * error) / kRuns;
+      mean += nees(drive, drive.solve()) / kRuns;
     }
-    EXPECT_GT(nees, 2.5) << with_cuts;  // as in CovarianceIsTrue
-    EXPECT_LT(nees, 3.6) << with_cuts;
+    EXPECT_GT(mean, 2.5) << with_cuts;  // as in CovarianceIsTrue
+    EXPECT_LT(mean, 3.6) << with_cuts;
   }
 }
 

@@ -5,9 +5,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 #include <random>
 
 #include "estimation/kernels/so3.h"
+#include "support/noise.h"
 
 namespace gprodom {
 namespace {
@@ -34,15 +36,13 @@ struct Since {
   PredictedWay way;
 };
 
-// Held force and rate, less what they are wrong by.
+// Held force and rate, with errors of a seed if there is one.
 Since integrated(const NavState& x, const ImuNoise& noise, double seconds,
-                 std::mt19937* engine = nullptr) {
+                 std::optional<unsigned> seed = std::nullopt) {
   Since since{{noise, x.gyro_bias, x.accel_bias}, way_begins(x)};
-  std::normal_distribution<double> normal;
+  Noise errors(seed.value_or(0));
   const auto error = [&](double density) -> Vector3d {
-    if (engine == nullptr) return Vector3d::Zero();
-    const double sigma = density / std::sqrt(kStep);
-    return {sigma * normal(*engine), sigma * normal(*engine), sigma * normal(*engine)};
+    return errors.vector(seed ? density / std::sqrt(kStep) : 0.0);
   };
   for (double t = 0; t < seconds - 1e-9; t += kStep) {
     const Vector3d of_force = error(noise.accel_density), of_rate = error(noise.gyro_density);
@@ -137,9 +137,8 @@ TEST(TakeWheel, CovarianceIsThatOfTheErrors) {
     // The samples are the same to both; the truth is without their noise and with its biases.
     const Since of_truth = integrated(truth, noise, 0.3);
     Vector3d true_m = integrated(truth, noise, 0.2).way.moved_m;
-    std::mt19937 samples(draw), the_same(draw);
-    const ImuPreintegration since = integrated(x, noise, 0.3, &samples).imu;
-    PredictedWay way = integrated(x, noise, 0.2, &the_same).way;
+    const ImuPreintegration since = integrated(x, noise, 0.3, draw).imu;
+    PredictedWay way = integrated(x, noise, 0.2, draw).way;
     way.time = x.time + from_seconds(0.2);
     OdometryEstimate estimate = predict(x, covariance, since, kStandardGravity);
     const NavState end = propagate(truth, of_truth.imu, kStandardGravity);

@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <memory>
-#include <random>
 #include <vector>
 
 #include "estimation/batch.h"
@@ -57,21 +56,16 @@ TEST(RolledWay, Derivatives) {
 }
 
 // A window over a way on which the wheel is silent.
-FixedLagSmoother without_wheel(const std::vector<NavState>& truth, SolverKind kind,
-                               std::mt19937& random) {
-  std::normal_distribution<double> noise;
+FixedLagSmoother without_wheel(const std::vector<NavState>& truth, SolverKind kind, Noise& noise) {
   FixedLagSmoother smoother(100.0, {}, kind, truth[0],
                             origin_prior(truth[0], StateVector::Constant(1e-4)));
   for (std::size_t i = 1; i < truth.size(); ++i) {
     const NavState last = smoother.newest();
     ImuPreintegration imu({1e-4, 0.05}, last.gyro_bias, last.accel_bias);
     for (int k = 0; k < 20; ++k) {
-      Eigen::Vector3d force(0, 0.6 * 0.3, kStandardGravity), rate(0, 0, 0.3);
-      for (int axis = 0; axis < 3; ++axis) {
-        force[axis] += 0.05 / std::sqrt(0.01) * noise(random);
-        rate[axis] += 1e-4 / std::sqrt(0.01) * noise(random);
-      }
-      imu.integrate(force, rate, 0.01);
+      const Eigen::Vector3d force(0, 0.6 * 0.3, kStandardGravity), rate(0, 0, 0.3);
+      imu.integrate(force + noise.vector(0.05 / std::sqrt(0.01)),
+                    rate + noise.vector(1e-4 / std::sqrt(0.01)), 0.01);
     }
     NavState next = propagate(last, imu, kStandardGravity);
     next.time = truth[i].time;
@@ -96,14 +90,13 @@ TEST(RolledWay, CountCorrectsTheWindowAsItsCovarianceSays) {
   double nees = 0.0, square = 0.0, square_before = 0.0;
   constexpr int kRuns = 100;
   for (unsigned seed = 0; seed < kRuns; ++seed) {
-    std::mt19937 random(seed);
+    Noise random(seed);
     FixedLagSmoother smoother =
         without_wheel(truth, seed % 2 == 0 ? SolverKind::kChain : SolverKind::kCeres, random);
     ASSERT_TRUE(smoother.solve().usable);
     const EstimatedWay way = smoother.way_between(0, smoother.newest_id(), kContact);
     CountedWay told{truth.front().time, truth.back().time, 0.0, 1e6};
-    told.counted_m = 1.02 * (0.6 - 0.3 * kContact.y()) * 10.0 +
-                     std::normal_distribution<double>(0.0, 0.005)(random);
+    told.counted_m = 1.02 * (0.6 - 0.3 * kContact.y()) * 10.0 + random(0.005);
     const CarriedState revised =
         with_counted_way({smoother.newest(), smoother.newest_covariance()}, way, told.counted_m,
                          weight_of(way, told, 0.005 * 0.005));

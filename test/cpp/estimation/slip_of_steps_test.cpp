@@ -9,6 +9,7 @@
 #include "estimation/graph/planar_factors.h"
 #include "estimation/graph/pose_graph.h"
 #include "estimation/graph/robust_kernels.h"
+#include "support/noise.h"
 
 namespace gprodom {
 namespace {
@@ -219,16 +220,15 @@ TEST(SlipOfSteps, ASlipEndsWhereNothingIsKnown) {
 TEST(SlipOfSteps, CovarianceHoldsWhereNoWitnessSpeaks) {
   SlipModel model;
   model.size = 0.1;
-  std::mt19937 engine(4);
-  std::normal_distribution<double> normal;
+  Noise normal(4);
   double nees = 0.0;
   constexpr int kRuns = 300;
   for (int run = 0; run < kRuns; ++run) {
     std::vector<double> slip;
-    double l = model.sigma() * normal(engine);
+    double l = model.sigma() * normal();
     const double kept = model.correlation(kSeconds);
     for (int i = 0; i < kLap - 10; ++i) {
-      if (i > 0) l = kept * l + std::sqrt(1 - kept * kept) * model.sigma() * normal(engine);
+      if (i > 0) l = kept * l + std::sqrt(1 - kept * kept) * model.sigma() * normal();
       slip.push_back(l);
     }
     Laps laps(slip, false, model.sigma(), model);

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <random>
 
 #include "estimation/driven_intervals.h"
 
@@ -17,7 +16,7 @@ namespace {
 // A wheel that turns by a quarter too much, from the start on: only the passages show it.
 TEST(Passages, OfTwoAntennasShowTheDistanceThatASlippingWheelDoesNot) {
   const auto driven = [](bool with_passages) {
-    std::mt19937 random(3);
+    Noise random(3);
     StateEstimator estimator = at_ten_seconds(kSpeed);
     StateResult result;
     constexpr double kApart = 0.3;
@@ -54,7 +53,7 @@ TEST(Passages, OfTwoAntennasShowTheDistanceThatASlippingWheelDoesNot) {
 // the speed turns out to be later corrects the position as if it had gone on.
 TEST(Restart, LosesNothingOfThePosition) {
   const auto driven = [](bool restarts) {
-    std::mt19937 random(5);
+    Noise random(5);
     StateEstimator estimator = at_ten_seconds(kSpeed);
     StateResult result;
     for (int i = 0; i < 100; ++i) {
@@ -78,7 +77,7 @@ TEST(Restart, LosesNothingOfThePosition) {
 
 TEST(LongGap, StateAfterTheGapIsConsistentAfterOneLag) {
   StateEstimator estimator = at_ten_seconds(kSpeed);
-  std::mt19937 random(1);
+  Noise random(1);
 
   StateResult result, at_return;
   double time = 10.0;
@@ -110,7 +109,7 @@ TEST(LongGap, StateAfterTheGapIsConsistentAfterOneLag) {
 // A covariance that is too large after a short gap would let revisits and slips bend the track.
 TEST(LongGap, ShortGapLosesLittle) {
   StateEstimator estimator = at_ten_seconds(kSpeed);
-  std::mt19937 random(1);
+  Noise random(1);
   StateResult result;
   for (int i = 0; i < 50; ++i) {  // of 10 s the last
     const bool silent = i >= 45;
@@ -126,7 +125,7 @@ TEST(LongGap, ShortGapLosesLittle) {
 TEST(BiasStep, AStandstillSetsTheBiasRightAndTheHeadingIsOwnedUpTo) {
   constexpr double kStep = 5e-3;  // rad/s
   StateEstimator estimator = at_ten_seconds(0.0);
-  std::mt19937 random(1);
+  Noise random(1);
   StateResult result, at_stop;
   for (int i = 0; i < 250; ++i) {  // off in intervals 25 to 125, which begin and end at half speed
     const bool driving = i >= 25 && i <= 125, proven = i < 25 || i >= 130;
@@ -157,7 +156,7 @@ TEST(BiasStep, AStandstillSetsTheBiasRightAndTheHeadingIsOwnedUpTo) {
 TEST(BiasStep, TheNewBiasIsKnownThoughTheRobotDrivesOffAtOnce) {
   constexpr double kStep = 5e-3;  // rad/s
   StateEstimator estimator = at_ten_seconds(0.0);
-  std::mt19937 random(1);
+  Noise random(1);
   StateResult at_stop, result;
   for (int i = 0; i < 40; ++i) {
     Motion motion{i > 30 ? kSpeed : 0.0, 0.0};
@@ -180,7 +179,7 @@ TEST(BiasStep, TheNewBiasIsKnownThoughTheRobotDrivesOffAtOnce) {
 TEST(SpeedCorrection, PutsSpeedAndPlaceRightAndHeadingStays) {
   constexpr double kBelieved = 0.3;  // m/s
   StateEstimator estimator = at_ten_seconds(kBelieved);
-  std::mt19937 random(1);
+  Noise random(1);
   StateResult result, before;
   for (int i = 0; i < 100; ++i) {
     StateInput input = interval(10.0 + i * kStateInterval, {kSpeed, kTurn}, random);
@@ -202,22 +201,14 @@ TEST(SpeedCorrection, PutsSpeedAndPlaceRightAndHeadingStays) {
   EXPECT_LT(sigma(result, row::kTheta + 2), 0.025);
 }
 
-// All of the first state, at 10 s, is well known but the wheel's scale. Completes `initial`.
-StateEstimator scale_unknown(const Config& config, InitialState& initial) {
-  initial.state.time = from_seconds(10.0);
-  initial.noise = {1.6e-4, 6e-4};
-  StateVector sigmas = StateVector::Constant(1e-3);
-  sigmas[row::kScale] = config.wheel.scale_sigma;
-  initial.prior = gaussian_prior(initial.state, StateMatrix(sigmas.cwiseAbs2().asDiagonal()));
-  return {config, initial};
-}
+const double kScaleSigma = WheelConfig().scale_sigma;
 
 // Intervals `from` to `to` of a drive whose accelerations are 5 % more than the wheel's speeds
 // change by.
 StateResult push(StateEstimator& estimator, int from, int to,
                  const Eigen::Vector3d& accel_bias = Eigen::Vector3d::Zero(),
                  bool wheel_late = false, std::optional<ImuNoise> noise = std::nullopt) {
-  std::mt19937 random(static_cast<unsigned>(from) + 1);
+  Noise random(static_cast<unsigned>(from) + 1);
   double speed = 0;
   for (int k = 0; k < from; ++k) speed += 0.5 * std::cos(0.2 * k) * kStateInterval;
   StateResult result;
@@ -242,43 +233,38 @@ StateResult push(StateEstimator& estimator, int from, int to,
 // wrong as well, and the wheel's scale is neither learnt from it nor known any better.
 TEST(HeldScale, AnAccelerometerOutOfCalibrationTellsNoScale) {
   for (const bool calibrated : {true, false}) {
-    const Config config;
-    InitialState initial;
-    if (!calibrated) initial.state.accel_bias.z() = 4 * kAccelBiasSigma;
-    StateEstimator estimator = scale_unknown(config, initial);
-    const StateResult result = push(estimator, 0, 100, initial.state.accel_bias);
+    const Eigen::Vector3d bias(0, 0, calibrated ? 0.0 : 4 * kAccelBiasSigma);
+    StateEstimator estimator = at_ten_seconds(0.0, kScaleSigma, bias);
+    const StateResult result = push(estimator, 0, 100, bias);
     const double scale = result.state.wheel_scale, sigma_scale = sigma(result, row::kScale);
     if (calibrated) {
       EXPECT_NEAR(scale, 1 / 1.05, 0.01);
-      EXPECT_LT(sigma_scale, 0.5 * config.wheel.scale_sigma);
+      EXPECT_LT(sigma_scale, 0.5 * kScaleSigma);
     } else {
       EXPECT_NEAR(scale, 1.0, 1e-4);
-      EXPECT_NEAR(sigma_scale, config.wheel.scale_sigma, 1e-4);
-      EXPECT_GE(sigma(result, row::kP), 0.99 * config.wheel.scale_sigma * result.state.p_odom.x());
+      EXPECT_NEAR(sigma_scale, kScaleSigma, 1e-4);
+      EXPECT_GE(sigma(result, row::kP), 0.99 * kScaleSigma * result.state.p_odom.x());
     }
   }
 }
 
 // As where a driver smooths the wheel's speeds: known only after some driving.
 TEST(HeldScale, OfAWheelThatComesLateIsWhatItWasAtTheStart) {
-  const Config config;
-  InitialState initial;
-  StateEstimator estimator = scale_unknown(config, initial);
+  StateEstimator estimator = at_ten_seconds(0.0, kScaleSigma);
   estimator.record();
   const double learnt = push(estimator, 0, 40).state.wheel_scale;
   const StateResult result = push(estimator, 40, 100, Eigen::Vector3d::Zero(), true);
   EXPECT_LT(learnt, 0.99);  // so there is something to undo
   EXPECT_NEAR(result.state.wheel_scale, 1.0, 1e-4);
-  EXPECT_NEAR(sigma(result, row::kScale), config.wheel.scale_sigma, 1e-4);
-  EXPECT_GE(sigma(result, row::kP), 0.99 * config.wheel.scale_sigma * result.state.p_odom.x());
+  EXPECT_NEAR(sigma(result, row::kScale), kScaleSigma, 1e-4);
+  EXPECT_GE(sigma(result, row::kP), 0.99 * kScaleSigma * result.state.p_odom.x());
   for (const NavState& x : estimator.recorded()->solve({})) EXPECT_NEAR(x.wheel_scale, 1.0, 2e-3);
 }
 
 // Accelerations on a robot that shakes have not shown the scale after 20 s. As their errors are
 // coloured, those of six times as long do not show it either, in the solution over all data.
 TEST(HeldScale, ThatAccelerationsHaveNotShownIsHeldOverAllData) {
-  InitialState initial;
-  StateEstimator estimator = scale_unknown(Config(), initial);
+  StateEstimator estimator = at_ten_seconds(0.0, kScaleSigma);
   estimator.record();
   const ImuNoise shaking{1.6e-4, 0.15};
   const StateResult result = push(estimator, 0, 600, Eigen::Vector3d::Zero(), false, shaking);
@@ -299,7 +285,7 @@ LateDrive bend_by_late_wheel(double late_s, double known_delay_s) {
   };
   const auto rate = [](double t) { return t > 1.0 && t < 3.0 ? 1.0 : 0.0; };  // rad/s
   StateEstimator estimator = at_ten_seconds(0.0);
-  std::mt19937 random(1);
+  Noise random(1);
   LateDrive drive;
   double t = 0.0;
   while (t < kEnd + 1.0) {
@@ -335,6 +321,32 @@ TEST(LateWheel, CovarianceContainsWhatItsDelayDoesInABend) {
   EXPECT_LT(nees_of_place(bend_by_late_wheel(0.0, 0.0)), 6.0);
   EXPECT_GT(nees_of_place(bend_by_late_wheel(kLate, 0.0)), 50.0);
   EXPECT_LT(nees_of_place(bend_by_late_wheel(kLate, kLate)), 6.0);
+}
+
+// The pose graph takes a state after a second, and waits four while a measurement is to come. With
+// each it learns where the one that it took last lies now, also if others were left out between.
+TEST(Settled, StatesWaitForMeasurementsToCome) {
+  Noise random(4);
+  StateEstimator estimator = at_ten_seconds(kSpeed);
+  std::optional<NavState> before;
+  for (int i = 0; i < 100; ++i) {
+    StateInput input = interval(10.0 + kStateInterval * i, {kSpeed, 0.0}, random);
+    const bool waits = i >= 40 && i < 60;
+    if (waits) input.keep_since = from_seconds(10.0 + kStateInterval * 40);
+    const StateResult result = estimator.add(input);
+    ASSERT_TRUE(result.settled);
+    if (i >= 60 || (i > 5 && i < 40)) {
+      EXPECT_NEAR(to_seconds(result.state.time - result.settled->time), 1.0, 1e-6) << i;
+    } else if (i == 59) {
+      EXPECT_NEAR(to_seconds(result.state.time - result.settled->time), 4.0, 1e-6);
+    }
+    if (before) {
+      ASSERT_TRUE(result.before_settled) << i;
+      EXPECT_EQ(result.before_settled->time, before->time) << i;
+      EXPECT_GE(result.settled->time, before->time) << i;
+    }
+    before = result.settled;
+  }
 }
 
 }  // namespace

@@ -6,39 +6,23 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 
-#include "estimation/state_estimator.h"
+#include "estimation/driven_intervals.h"
 
 namespace gprodom {
 namespace {
 
-constexpr double kInterval = 0.2, kSample = 0.01;           // s
-constexpr double kSpeed = 0.5, kTurn = 0.1, kRadius = 5.0;  // m/s, rad/s, m
-const Eigen::Vector3d kBeacon(3.0, 8.0, 1.0);               // m, in odom
+constexpr double kInterval = kStateInterval, kRadius = kSpeed / kTurn;  // s, m
+const Eigen::Vector3d kBeacon(3.0, 8.0, 1.0);                           // m, in odom
 
 Eigen::Vector3d place(double seconds) {
   return kRadius * Eigen::Vector3d(std::sin(kTurn * seconds), 1 - std::cos(kTurn * seconds), 0);
 }
 
-StateInput interval(double from, std::mt19937& random) {
-  std::normal_distribution<double> noise;
-  StateInput input;
-  input.time = from_seconds(from + kInterval);
-  input.noise = {1.6e-4, 6e-4};
-  input.has_wheel = true;
-  for (int i = 0; i < kInterval / kSample - 0.5; ++i) {
-    MotionStep step;
-    step.dt = kSample;
-    step.acceleration = Eigen::Vector3d(0, kSpeed * kTurn, 9.80665);
-    step.angular_velocity = Eigen::Vector3d(0, 0, kTurn);
-    for (int axis = 0; axis < 3; ++axis) {
-      step.acceleration[axis] += 6e-3 * noise(random);
-      step.angular_velocity[axis] += 1.6e-3 * noise(random);
-    }
-    step.wheel_m = 1.05 * kSpeed * kSample;  // its scale is not known
-    input.steps.push_back(step);
-  }
+// The wheel's scale is not known.
+StateInput interval(double from, Noise& noise) {
+  StateInput input = gprodom::interval(from, {kSpeed, kTurn}, noise);
+  for (MotionStep& step : input.steps) step.wheel_m *= 1.05;
   return input;
 }
 
@@ -88,14 +72,13 @@ INSTANTIATE_TEST_SUITE_P(Solvers, UserFactorTest,
 // of them have left the window.
 TEST_P(UserFactorTest, InformationStaysAfterTheFactorLeavesTheWindow) {
   StateEstimator with = estimator(GetParam()), without = estimator(GetParam());
-  std::mt19937 random(1), same(1), error(2);
-  std::normal_distribution<double> noise;
+  Noise random(1), same(1), error(2);
   StateResult result, blind;
   for (int k = 0; k < 200; ++k) {
     const double from = k * kInterval;
     StateInput input = interval(from, random);
     // In the middle of an interval, and now and then one that is wrong by a metre.
-    if (k < 100) input.factors = {range_at(from + 0.07, k % 10 == 3 ? 1.0 : 0.01 * noise(error))};
+    if (k < 100) input.factors = {range_at(from + 0.07, k % 10 == 3 ? 1.0 : error(0.01))};
     result = with.add(input);
     blind = without.add(interval(from, same));
     ASSERT_TRUE(result.solve.usable && blind.solve.usable) << k;
@@ -113,7 +96,7 @@ TEST_P(UserFactorTest, InformationStaysAfterTheFactorLeavesTheWindow) {
 
 TEST(UserFactor, BothSolversFindTheSameSolution) {
   StateEstimator by_ceres = estimator(SolverKind::kCeres), by_chain = estimator(SolverKind::kChain);
-  std::mt19937 random(1), same(1);
+  Noise random(1), same(1);
   for (int k = 0; k < 60; ++k) {
     StateInput input = interval(k * kInterval, random);
     input.factors = {range_at(k * kInterval + 0.13, 0.05 * (k % 3 - 1))};
@@ -136,7 +119,7 @@ struct Shift {
 
 TEST_P(UserFactorTest, MayConnectTwoMoments) {
   StateEstimator with = estimator(GetParam());
-  std::mt19937 random(1);
+  Noise random(1);
   StateResult result;
   for (int k = 0; k < 100; ++k) {
     const double from = k * kInterval;
@@ -160,7 +143,7 @@ TEST_P(UserFactorTest, MayConnectTwoMoments) {
 
 TEST(UserFactor, IsRefusedWithAReason) {
   StateEstimator window = estimator(SolverKind::kCeres);
-  std::mt19937 random(1);
+  Noise random(1);
   const auto refusal = [&](int k, const UserFactor& factor) {
     StateInput input = interval(k * kInterval, random);
     input.factors = {factor};
