@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
+#include "driven_ground.h"
 #include "gpr/synthetic_ground.h"
-#include "map/ground_map_file.h"
 #include "map/mapper.h"
 #include "straight_robot.h"
 
@@ -48,11 +48,10 @@ TEST(Antennas, AMapIsOfTheRobotsThatMadeIt) {
   config.gpr.lever_arm = {kFront, 0, 0};
   Mapper first(config, std::nullopt, std::nullopt);
   StraightRobot(first).drive({0.0, 20.0, 0, kFront});
-  GroundMap made = first.take_ground();
-  GroundMap ground = ground_map_from("a.map", to_bytes(made, made.places), memory_options(config));
+  GroundMap made = reloaded(first.take_ground());
 
   config.gpr.lever_arm = {kRear, 0, 0};
-  Mapper second(config, std::move(ground), std::nullopt);
+  Mapper second(config, std::move(made), std::nullopt);
   StraightRobot robot(second);
   robot.drive({3.0, 19.0, 0, kRear, -3.0});
   ASSERT_TRUE(robot.located);
@@ -86,10 +85,7 @@ TEST(Antennas, AbreastOnesTellToWhichSideTheRobotIs) {
       const double y = lap == 1 ? 0.0 : aside;
       MapInput input;
       for (double x = 0.0; x < 18.0; x += 0.1, seconds += 0.2, ++driven) {
-        PathState state;
-        state.time = from_seconds(seconds);
-        state.pose.p = {x, 0.0};
-        state.covariance = state.pose_covariance = 2e-4 * driven * Eigen::Matrix3d::Identity();
+        PathState state = state_at(from_seconds(seconds), x, 2e-4 * driven);
         state.covariance(2, 2) = state.pose_covariance(2, 2) = 1e-8 * driven;
         input.states.push_back(state);
         for (int k = 2; k >= 0 && x > 0.0; --k) {

@@ -4,8 +4,10 @@
 
 #include <cmath>
 
+#include "driven_ground.h"
 #include "gpr/synthetic_ground.h"
 #include "map/mapper.h"
+#include "straight_robot.h"
 
 namespace gprodom {
 namespace {
@@ -23,31 +25,22 @@ double place_at(double state) {
   return way < kWay ? way : 2 * kWay - way;
 }
 
-// That the state is where one of the first pass was, as another process tells it.
+// That the state is where one of the first pass was.
 Displacement seen_again(int state) {
-  Displacement revisit;
-  revisit.kind = DisplacementKind::kRevisit;
-  revisit.from = time_of(static_cast<int>(std::lround(place_at(state) / kStep)));
-  revisit.to = time_of(state);
-  revisit.sigma_m = 0.01;
-  revisit.mirrored = state / kStates % 2 == 1;  // by the direction of driving
-  revisit.valid = true;
-  return revisit;
+  const int before = static_cast<int>(std::lround(place_at(state) / kStep));
+  const bool mirrored = state / kStates % 2 == 1;  // by the direction of driving
+  return gprodom::seen_again(time_of(before), time_of(state), mirrored);
 }
 
 // m of ground that are stored after so many passes.
-double stored_m(int passes, bool tied) {
+double stored_after(int passes, bool tied) {
   Mapper mapper(default_config(), std::nullopt, std::nullopt);
   gpr::SyntheticRadar radar(1, 60.0);
   for (int pass = 0; pass < passes; ++pass) {
     const gpr::SyntheticGround there(static_cast<unsigned>(pass) + 1, kWay);
     MapInput input;
     for (int i = pass * kStates; i < (pass + 1) * kStates; ++i) {
-      PathState state;
-      state.time = time_of(i);
-      state.pose.p.x() = place_at(i);
-      state.covariance = state.pose_covariance = 1e-8 * i * Eigen::Matrix3d::Identity();
-      input.states.push_back(state);
+      input.states.push_back(state_at(time_of(i), place_at(i), 1e-8 * i));
       for (int k = 1 - kTraces; k <= 0 && i > 0; ++k) {
         const double at = i + static_cast<double>(k) / kTraces;
         const double seconds = 1000.0 + at * to_seconds(kInterval);
@@ -59,19 +52,66 @@ double stored_m(int passes, bool tied) {
       input = {};
     }
   }
-  const gpr::TraceMemory memory = mapper.take_ground().memory;
-  return static_cast<double>(memory.kept().size()) * memory.spacing();
+  return stored_m(mapper.take_ground().memory);
 }
 
 TEST(CrowdedGround, OfManyPassesSideBySideAFewAreStored) {
-  const double three = stored_m(3, true);
+  const double three = stored_after(3, true);
   EXPECT_GT(three, 2.5 * kWay);
-  EXPECT_LT(stored_m(9, true), three + 0.5 * kWay);
+  EXPECT_LT(stored_after(9, true), three + 0.5 * kWay);
 }
 
 // Nothing tells it that it is where it believes to be: the ground may be new.
 TEST(CrowdedGround, ARobotThatIsNotTiedStoresWhatItDrivesOver) {
-  EXPECT_GT(stored_m(9, false), 8.0 * kWay);
+  EXPECT_GT(stored_after(9, false), 8.0 * kWay);
+}
+
+// A robot that comes back beside the way just driven.
+constexpr double kOut = 12.0;  // m
+
+double place_there(double way) { return way < kOut ? way : 2 * kOut - way; }
+
+// A mapper that has driven out and back. `alike`: correlation of the ground on the way back with
+// that on the way out, as from a little aside.
+struct Outcome {
+  double found_after_m = -1.0;  // way back until the first revisit
+  double stored_m = 0.0;
+};
+Outcome out_and_back(float alike) {
+  Mapper mapper(default_config(), std::nullopt, std::nullopt);
+  const gpr::SyntheticGround there(1, kOut + 1.0), aside(2, kOut + 1.0);
+  gpr::SyntheticRadar radar(1, 10.0), other(2, 0.0);
+  Outcome outcome;
+  for (int i = 0; kStep * i < 2 * kOut; ++i) {
+    MapInput input;
+    input.states.push_back(
+        state_at(from_seconds(1000.0 + 0.2 * i), place_there(kStep * i), 1e-8 * i));
+    for (int k = 1 - kTraces; k <= 0 && i > 0; ++k) {
+      const double at = i + static_cast<double>(k) / kTraces, place = place_there(kStep * at);
+      GprTrace trace = radar.measure(there, place, 1000.0 + 0.2 * at);
+      if (kStep * at > kOut) {
+        const GprTrace beside = other.measure(aside, place, 1000.0 + 0.2 * at);
+        for (std::size_t n = 0; n < trace.samples.size(); ++n) {
+          trace.samples[n] =
+              alike * trace.samples[n] + std::sqrt(1 - alike * alike) * beside.samples[n];
+        }
+      }
+      input.traces.push_back(std::move(trace));
+    }
+    const MapAnswer answer = mapper.run(input);
+    if (outcome.found_after_m < 0 && !answer.revisits.empty())
+      outcome.found_after_m = kStep * i - kOut;
+  }
+  outcome.stored_m = stored_m(mapper.take_ground().memory);
+  return outcome;
+}
+
+// The next lane of a survey lies beside this one, and may find it alone.
+TEST(TurnedBack, GroundIsStoredAgainWhereHalfOfItIsNew) {
+  const Outcome same = out_and_back(1.0F), half = out_and_back(0.6F);
+  EXPECT_LT(same.stored_m, 1.4 * kOut);
+  ASSERT_GT(half.found_after_m, 0.0);
+  EXPECT_GT(half.stored_m, 1.8 * kOut);
 }
 
 }  // namespace

@@ -5,10 +5,30 @@
 
 #include "gpr/synthetic_ground.h"
 #include "map/ground_map.h"
+#include "map/ground_map_file.h"
 
 namespace gprodom {
 
 constexpr double kAntennaAhead = 0.1;  // m, in body
+
+inline double stored_m(const gpr::TraceMemory& memory) {
+  return static_cast<double>(memory.kept().size()) * memory.spacing();
+}
+
+// As if it had been written and read.
+inline GroundMap reloaded(const GroundMap& ground) {
+  return ground_map_from("a.map", to_bytes(ground, ground.places), gpr::TraceMemoryOptions());
+}
+
+// What an antenna sees from `begin` to `end` (m), at 0.3 m/s, from a time (s) on.
+inline void drive_over(gpr::TraceMemory& memory, const gpr::SyntheticGround& there,
+                       gpr::SyntheticRadar& radar, double begin, double end, double time) {
+  const double step = begin < end ? 0.015 : -0.015;
+  for (double x = begin; (end - x) * step > 0.0; x += step, time += 0.05) {
+    const GprTrace trace = radar.measure(there, x, time);
+    memory.add(trace.time, trace.samples, trace.sample_interval_s, std::copysign(x, step));
+  }
+}
 
 // Drives from `begin` to `end` (m) over ground `seed`, as another session of the map. The poses lie
 // along y = 1, x is the distance (its negative where the robot comes back).
@@ -19,13 +39,8 @@ inline void drive(GroundMap& ground, unsigned seed, double begin, double end, un
   gpr::SyntheticRadar radar(noise, 60.0);
   ground.memory.begin_session();
   const std::size_t first = ground.memory.kept().end;
-  const double step = begin < end ? 0.015 : -0.015;
-  double time = 1e6 * noise;
-  for (double x = begin; (end - x) * step > 0.0; x += step, time += 0.05) {
-    const GprTrace trace = radar.measure(there, x, time);
-    ground.format = format_of(trace);
-    ground.memory.add(trace.time, trace.samples, trace.sample_interval_s, std::copysign(x, step));
-  }
+  ground.format = {gpr::SyntheticGround::kSamples, gpr::SyntheticGround::kSampleInterval};
+  drive_over(ground.memory, there, radar, begin, end, 1e6 * noise);
   if (!on) ground.memory.end_run();
   ground.origins.resize(ground.memory.sessions().size(),
                         {{kAntennaAhead, 0.0, 0.2}, "test", "mole", {0.004, 0.002, 0.005}});

@@ -3,9 +3,9 @@
 
 #include <cmath>
 #include <functional>
-#include <random>
 
 #include "map/fixes/fix_keeper.h"
+#include "support/noise.h"
 
 namespace gprodom {
 namespace {
@@ -67,7 +67,7 @@ class Judged : public ::testing::Test {
     PositionFix fix;
     fix.time = from_seconds(1000.0 + now_);
     const Vector2d place = compose({{50, 60}, 1.0}, on_bend(kSpeed * now_)).p;
-    fix.position << place + error + kSigma * Vector2d(normal_(engine_), normal_(engine_)), 0.0;
+    fix.position << place + error + kSigma * Vector2d(normal_(), normal_()), 0.0;
     fix.covariance = kSigma * kSigma * Eigen::Matrix3d::Identity();
     fix.quality = FixQuality::kFixed;
     keeper_.add(fix, *path_.mark(fix.time), {1.0, 0.02});
@@ -99,8 +99,7 @@ class Judged : public ::testing::Test {
     return config;
   }
 
-  std::mt19937 engine_{5};
-  std::normal_distribution<double> normal_;
+  Noise normal_{5};
   MapPath path_{kNodeSpacing};
   FixKeeper keeper_;
   double now_ = 0.0, slip_sigma_ = 0.0;

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <set>
@@ -12,6 +11,7 @@
 #include "base/atomic_file.h"
 #include "driven_ground.h"
 #include "gprodom/error.h"
+#include "support/temporary_folder.h"
 
 namespace gprodom {
 namespace {
@@ -39,32 +39,21 @@ SavedGround saved(const GroundMap& ground) {
 
 class GroundFilesTest : public ::testing::Test {
  protected:
-  GroundFilesTest() {
-    std::string pattern = (fs::temp_directory_path() / "gprodom-ground-XXXXXX").string();
-    folder_ = ::mkdtemp(pattern.data());
-  }
-  ~GroundFilesTest() override { fs::remove_all(folder_); }
-
-  std::string path() const { return folder_ + "/ground.map"; }
+  std::string path() const { return folder_ / "ground.map"; }
   std::string kept(int number) const {
-    return folder_ + "/ground.kept-" + std::to_string(number) + ".map";
+    return folder_ / ("ground.kept-" + std::to_string(number) + ".map");
   }
   static std::string bytes_of(const std::string& path) {
     std::string bytes;
     EXPECT_TRUE(read_whole(path, bytes)) << path;
     return bytes;
   }
-  std::set<std::string> names() const {
-    std::set<std::string> all;
-    for (const auto& entry : fs::directory_iterator(folder_))
-      all.insert(entry.path().filename().string());
-    return all;
-  }
+  std::set<std::string> names() const { return folder_.files(); }
 
   bool replaced(const SavedGround& ground) { return files_.replace(path(), ground, told_); }
   std::vector<std::string> take_told() { return std::exchange(told_, {}); }
 
-  std::string folder_;
+  TemporaryFolder folder_;
   GroundFiles files_;
   std::vector<std::string> told_;
 };
@@ -188,13 +177,8 @@ TEST_F(GroundFilesTest, NewestGroundIsReadWithTheFileThatItBelongsTo) {
   ASSERT_GT(ground.memory.kept().end, 400U);
   const std::size_t first_of_drive = ground.memory.run_of(ground.memory.kept().end - 1).first;
   // It goes on driving: the run that was under way grows, and others follow.
-  const gpr::SyntheticGround there(3, 40.0);
   gpr::SyntheticRadar radar(9, 60.0);
-  double time = 3e6;
-  for (double x = 24.0; x < 30.0; x += 0.015, time += 0.05) {
-    const GprTrace trace = radar.measure(there, x, time);
-    ground.memory.add(trace.time, trace.samples, trace.sample_interval_s, x);
-  }
+  drive_over(ground.memory, gpr::SyntheticGround(3, 40.0), radar, 24.0, 30.0, 3e6);
   ground.memory.end_run();
   drive(ground, 3, 30.0, 35.0, 4);
   ground.extended(0, 9, false);
@@ -221,7 +205,7 @@ TEST_F(GroundFilesTest, NewestGroundIsReadWithTheFileThatItBelongsTo) {
   const std::string damaged = bytes_of(newest_of(path()));
   EXPECT_TRUE(files_.add_newest(path(), newest, told_));
   EXPECT_EQ(names(), (std::set<std::string>{"ground.kept-1.new", "ground.map", "ground.new"}));
-  EXPECT_TRUE(bytes_of(folder_ + "/ground.kept-1.new") == damaged);
+  EXPECT_TRUE(bytes_of(folder_ / "ground.kept-1.new") == damaged);
   EXPECT_EQ(take_told().size(), 1U);
   replaced(saved(ground));
   EXPECT_EQ(names(), (std::set<std::string>{"ground.kept-1.new", "ground.map"}));
@@ -240,7 +224,7 @@ TEST_F(GroundFilesTest, DamagedNewestGroundIsKeptAlsoWhenTheWholeFileIsWritten) 
   drive_on(other, 2);
   take_told();
   replaced(saved(other));
-  EXPECT_EQ(bytes_of(folder_ + "/ground.kept-2.new"), "damaged too");
+  EXPECT_EQ(bytes_of(folder_ / "ground.kept-2.new"), "damaged too");
   const std::vector<std::string> told = take_told();
   ASSERT_EQ(told.size(), 1U);
   EXPECT_NE(told[0].find("ground.kept-2.new, one of 3 files"), std::string::npos) << told[0];

@@ -6,7 +6,6 @@
 
 #include "driven_ground.h"
 #include "map/change_follower.h"
-#include "map/ground_map_file.h"
 
 namespace gprodom {
 namespace {
@@ -14,19 +13,23 @@ namespace {
 constexpr std::size_t kPatch = 92;  // columns
 const PlanarPose kAntenna{{kAntennaAhead, 0.0}, 0.0};
 
+GroundMap known_ground() {
+  GroundMap ground{gpr::TraceMemoryOptions()};
+  drive(ground, 3, 1.0, 21.0);
+  return reloaded(ground);
+}
+
 // A map of 20 m of ground, and 9 m of it driven again where waves are slower.
 class ChangedGround : public ::testing::TestWithParam<double> {
  protected:
   ChangedGround() {
-    GroundMap first{gpr::TraceMemoryOptions()};
-    drive(first, 3, 1.0, 21.0);
-    ground = ground_map_from("a.map", to_bytes(first, first.places), gpr::TraceMemoryOptions());
     before = ground.memory.kept().end;
+    const std::size_t places = ground.places.size();
     drive(ground, 3, 6.0, 15.0, 5, 1e8 / std::exp(GetParam()));
-    ground.places.resize(first.places.size());  // where the new ground lies is not known
+    ground.places.resize(places);  // where the new ground lies is not known
   }
 
-  GroundMap ground{gpr::TraceMemoryOptions()};
+  GroundMap ground = known_ground();
   std::size_t before = 0;  // columns of the map
 };
 
@@ -80,10 +83,7 @@ TEST_P(ChangedGround, IsFollowedFromAStretchNearby) {
 // After the shortest query and what is left to prove a place: the first search is for the likely
 // changes, and an earlier one is not made.
 TEST(Locator, SearchesAsSoonAsThereIsGroundEnough) {
-  GroundMap first{gpr::TraceMemoryOptions()};
-  drive(first, 3, 1.0, 21.0);
-  GroundMap ground =
-      ground_map_from("a.map", to_bytes(first, first.places), gpr::TraceMemoryOptions());
+  GroundMap ground = known_ground();
   const std::size_t before = ground.memory.kept().end;
   Locator locator;
   drive(ground, 3, 6.0, 13.5, 5, 1e8, true);
@@ -101,10 +101,7 @@ TEST(Locator, SearchesAsSoonAsThereIsGroundEnough) {
 
 // Of few columns as of all. None of them is stored yet, which rounds them.
 TEST(Locator, AChangeIsUndoneInFewColumnsAsInAll) {
-  GroundMap first{gpr::TraceMemoryOptions()};
-  drive(first, 3, 1.0, 21.0);
-  GroundMap ground =
-      ground_map_from("a.map", to_bytes(first, first.places), gpr::TraceMemoryOptions());
+  GroundMap ground = known_ground();
   drive(ground, 3, 6.0, 12.0, 5, 1e8, true);
   const gpr::TraceChange change{0.05, 0.4};
   const gpr::Columns all = ground.memory.newest_ground(40, change);

@@ -1,7 +1,7 @@
 // A track that is lost: in an earlier map, and on its own ground.
 #include <gtest/gtest.h>
 
-#include "map/ground_map_file.h"
+#include "driven_ground.h"
 #include "map/mapper.h"
 #include "straight_robot.h"
 
@@ -20,10 +20,7 @@ TEST(Lost, TrackIsFoundAgainInItsMap) {
   const Config config = default_config();
   Mapper first(config, std::nullopt, std::nullopt);
   StraightRobot(first).drive({0.0, 50.0});
-  const GroundMap made = first.take_ground();
-  Mapper second(config,
-                ground_map_from("a.map", to_bytes(made, made.places), memory_options(config)),
-                std::nullopt);
+  Mapper second(config, reloaded(first.take_ground()), std::nullopt);
   StraightRobot robot(second);
   robot.drive({0.0, 16.0});
   ASSERT_TRUE(robot.located);
@@ -50,6 +47,32 @@ TEST(Lost, NewGroundIsNotTakenForOwnGround) {
   robot.lost_m2 = 36.0;
   robot.drive({25.0, 58.0});
   EXPECT_EQ(robot.revisits, 0U);
+}
+
+// The ground of earlier tracks without that of the present one.
+TEST(EarlierGround, IsWhatWasThereBeforeTheTrack) {
+  const auto before = [] {
+    Mapper first(default_config(), std::nullopt, std::nullopt);
+    StraightRobot(first, 1, 1000.0).drive({0.0, 20.0});
+    return first.take_ground();
+  };
+  const auto columns = before().memory.kept().size();
+  ASSERT_GT(columns, 500U);
+
+  Mapper second(default_config(), before(), std::nullopt);
+  StraightRobot(second, 2, 2000.0).drive({0.0, 20.0});
+  const GroundMap all = second.take_ground();
+  EXPECT_GT(all.memory.kept().size(), columns + 500);
+
+  Mapper third(default_config(), before(), std::nullopt);
+  StraightRobot(third, 2, 2000.0).drive({0.0, 20.0});
+  const GroundMap earlier = third.take_earlier_ground();
+  EXPECT_EQ(earlier.memory.kept().size(), columns);
+  EXPECT_EQ(earlier.places.size(), before().places.size());
+
+  Mapper alone(default_config(), std::nullopt, std::nullopt);
+  StraightRobot(alone, 3, 3000.0).drive({0.0, 20.0});
+  EXPECT_EQ(alone.take_earlier_ground().memory.kept().size(), 0U);
 }
 
 }  // namespace

@@ -5,11 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 #include <utility>
 
 #include "driven_ground.h"
 #include "map/mapper.h"
+#include "support/noise.h"
 
 namespace gprodom {
 namespace {
@@ -42,14 +42,13 @@ struct Fixed {
 };
 
 Fixed along_x(double from, double to, double sigma, const PlanarPose& moved, unsigned seed) {
-  std::mt19937 engine(seed);
-  std::normal_distribution<double> normal(0.0, sigma);
+  Noise normal(seed);
   Fixed all;
   for (double x = from; x < to; x += 1.0) {
     FixEdge fix;
     fix.covariance = sigma * sigma * Eigen::Matrix2d::Identity();
     all.places.push_back({{x, 2.0}, 0.0});
-    fix.p = compose(moved, all.places.back()).p + Vector2d(normal(engine), normal(engine));
+    fix.p = compose(moved, all.places.back()).p + Vector2d(normal(sigma), normal(sigma));
     all.fixes.push_back(fix);
   }
   return all;
@@ -109,8 +108,7 @@ constexpr TimeNs kInterval = 200'000'000;
 // 20 m ahead at half a metre a second; in site it is turned and moved by `site`.
 MapInput drive_with_fixes(const PlanarPose& begin, const PlanarPose& site, bool geodetic,
                           unsigned seed) {
-  std::mt19937 engine(seed);
-  std::normal_distribution<double> normal(0.0, kSigma);
+  Noise normal(seed);
   MapInput input;
   input.scale_sigma = 0.01;
   for (int i = 0; i < 200; ++i) {
@@ -124,7 +122,7 @@ MapInput drive_with_fixes(const PlanarPose& begin, const PlanarPose& site, bool 
     PositionFix fix;
     fix.time = state.time;
     const Vector2d p = compose(site, state.pose).p;
-    fix.position << p.x() + normal(engine), p.y() + normal(engine), 7.0;
+    fix.position << p.x() + normal(kSigma), p.y() + normal(kSigma), 7.0;
     if (geodetic) {
       fix.frame = FixFrame::kGeodetic;
       fix.position = Datum({52.0, 13.0, 0.0}).to_geodetic(fix.position);

@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 
 #include "estimation/graph/pose_graph.h"
+#include "support/noise.h"
 
 namespace gprodom {
 namespace {
@@ -53,15 +53,14 @@ TEST(MapFrame, CorrectionIsInForceFromItsTimeOn) {
 // correction was made (which the correction takes back), and one that it has added since; a map
 // with an error of its own at that place.
 TEST(MapFrame, CovarianceMatchesSampledErrors) {
-  std::mt19937 random(7);
-  std::normal_distribution<double> normal;
+  Noise normal(7);
   const auto draw = [&](const Eigen::Matrix3d& root) -> Eigen::Vector3d {
-    const Eigen::Vector3d e(normal(random), normal(random), normal(random));
+    const Eigen::Vector3d e(normal(), normal(), normal());
     return root * e;
   };
   Eigen::Matrix3d root_before, root_added, root_map;
   for (Eigen::Matrix3d* root : {&root_before, &root_added, &root_map}) {
-    *root = 0.003 * Eigen::Matrix3d::NullaryExpr([&] { return normal(random); });
+    *root = 0.003 * Eigen::Matrix3d::NullaryExpr([&] { return normal(); });
   }
   const PlanarPose since{{3, -2}, 0.4}, step{{1.5, 0.7}, 0.8};
   const PlanarPose here = compose(since, step), origin_in_map{{5, 1}, 1.1};

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "driven_ground.h"
-#include "map/ground_map_file.h"
 
 namespace gprodom {
 namespace {
@@ -26,9 +25,7 @@ GroundMap in_own_frame(GroundMap ground) {
   return ground;
 }
 
-double metres(const GroundMap& ground) {
-  return static_cast<double>(ground.memory.kept().size()) * ground.memory.spacing();
-}
+double metres(const GroundMap& ground) { return stored_m(ground.memory); }
 
 // Of places, given in the same order, from where they should lie.
 double worst(const std::vector<KnownPlace>& places, const std::vector<KnownPlace>& truth) {
@@ -61,8 +58,7 @@ TEST(MapMerge, TwoSessionsBecomeOne) {
     EXPECT_NEAR(metres(merged.ground) + merged.known_m, metres(first) + metres(second), 0.01);
     // What reaches 13 m beyond the common ground is tied to it by its heading.
     EXPECT_LT(worst_of_both(merged, first, second), 0.3);
-    const GroundMap back =
-        ground_map_from("a.map", to_bytes(merged.ground, merged.ground.places), {});
+    const GroundMap back = reloaded(merged.ground);
     EXPECT_EQ(back.parents, merged.ground.parents);
     EXPECT_EQ(back.places.size(), merged.ground.places.size());
   }

@@ -2,10 +2,13 @@
 // what the odometry has lost since.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
+#include <random>
 
 #include "map/mapper.h"
+#include "straight_robot.h"
 
 namespace gprodom {
 namespace {
@@ -18,31 +21,15 @@ TimeNs time_of(int i) { return from_seconds(1000.0) + i * kInterval; }
 
 // 10 m ahead, and backwards again.
 PathState state(int i) {
-  PathState at;
-  at.time = time_of(i);
-  at.pose.p.x() = kStep * (i < kWay ? i : 2 * kWay - i);
-  at.covariance = 1e-5 * i * Eigen::Matrix3d::Identity();
-  at.pose_covariance = at.covariance;
-  return at;
-}
-
-// At the place of state `to` on the way back, the robot is where it was on the way there.
-Displacement seen_again(int to) {
-  Displacement revisit;
-  revisit.kind = DisplacementKind::kRevisit;
-  revisit.from = time_of(2 * kWay - to);
-  revisit.to = time_of(to);
-  revisit.sigma_m = 0.01;
-  revisit.mirrored = true;
-  revisit.valid = true;
-  return revisit;
+  return state_at(time_of(i), kStep * (i < kWay ? i : 2 * kWay - i), 1e-5 * i);
 }
 
 MapAnswer answer_of(const std::optional<Mapper::Start>& start, bool with_revisit) {
   Mapper mapper(default_config(), std::nullopt, start);
   MapInput input;
   for (int i = 0; i < 2 * kWay; ++i) input.states.push_back(state(i));
-  if (with_revisit) input.revisits.push_back(seen_again(kWay + 50));
+  if (with_revisit)
+    input.revisits.push_back(seen_again(time_of(50), time_of(150), true));  // back there
   input.scale_sigma = 0.01;
   return mapper.run(input);
 }
@@ -78,6 +65,50 @@ TEST(MapperStart, WhatThePauseHasCostIsAdded) {
   }
   const MapAnswer answer = mapper.run(input);
   EXPECT_GT(answer.sigma_m, std::sqrt(2.0 * (1.0 + 4.0)));
+}
+
+// What the solutions of the pose graph cost in a second of data, where the track is tied to itself
+// more and more densely.
+constexpr double kSpeed = 1.0;            // m/s, straight ahead
+constexpr TimeNs kNodes = 500'000'000;    // ns from state to state: each is a node
+constexpr int kAlone = 600, kTied = 200;  // states before the first revisit, and since then
+constexpr int kTies = 24;                 // revisits told for a state
+constexpr double kWorkPerSecond = 5e7;    // multiplications, NormalMatrix::work()
+
+TimeNs node_time(int state) { return from_seconds(1000.0) + state * kNodes; }
+
+// That a state lies as far from an earlier one as it does, as another process tells it.
+Displacement tie(int from, int to) {
+  Displacement revisit = seen_again(node_time(from), node_time(to), false);
+  revisit.distance_m = kSpeed * to_seconds(revisit.to - revisit.from);
+  return revisit;
+}
+
+// The ties join places of the whole track, so the factor of the normal equations fills up, and
+// what a solution costs grows far faster than the number of its nodes.
+TEST(MapperWork, OfASecondIsBoundedWhereTheTrackIsTiedToItselfMoreAndMore) {
+  Mapper mapper(default_config(), std::nullopt, std::nullopt);
+  std::mt19937 random(1);
+  double dearest = 0.0;
+  int solutions = 0;
+  bool located = false;
+  for (int i = 0; i < kAlone + kTied; ++i) {
+    MapInput input;
+    input.states.push_back(state_at(node_time(i), kSpeed * i * to_seconds(kNodes), 1e-6 * i));
+    for (int k = 0; k < kTies && i >= kAlone; ++k)
+      input.revisits.push_back(tie(static_cast<int>(random() % static_cast<unsigned>(i - 10)), i));
+    const double before = mapper.solve_work();
+    located = mapper.run(input).pose.has_value();
+    const double work = mapper.solve_work() - before;
+    if (work > 0.0) ++solutions;
+    dearest = std::max(dearest, work);
+  }
+  // Solved each second, all of them together would cost more than twice as much.
+  EXPECT_TRUE(located);
+  ASSERT_GT(dearest, 2.0 * kWorkPerSecond);
+  EXPECT_GT(solutions, 2);
+  const double seconds = to_seconds(kTied * kNodes);
+  EXPECT_LT(mapper.solve_work(), kWorkPerSecond * seconds + dearest);
 }
 
 }  // namespace

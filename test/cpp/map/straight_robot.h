@@ -10,6 +10,27 @@
 
 namespace gprodom {
 
+// On a straight line ahead. The variance is of x, y and yaw.
+inline PathState state_at(TimeNs time, double x, double variance) {
+  PathState state;
+  state.time = time;
+  state.pose.p.x() = x;
+  state.covariance = state.pose_covariance = variance * Eigen::Matrix3d::Identity();
+  return state;
+}
+
+// At `to` the robot is where it was at `from`, as another process tells it.
+inline Displacement seen_again(TimeNs from, TimeNs to, bool mirrored) {
+  Displacement revisit;
+  revisit.kind = DisplacementKind::kRevisit;
+  revisit.from = from;
+  revisit.to = to;
+  revisit.sigma_m = 0.01;
+  revisit.mirrored = mirrored;
+  revisit.valid = true;
+  return revisit;
+}
+
 struct Way {
   double from, to;     // m along x, of the robot
   int antenna = 0;     // that measures
@@ -20,7 +41,8 @@ struct Way {
 // Drives straight ahead or back over one ground. The odometry does not say how far it is off.
 class StraightRobot {
  public:
-  explicit StraightRobot(Mapper& mapper) : mapper_(mapper) {}
+  explicit StraightRobot(Mapper& mapper, unsigned ground = 7, double begin_s = 1000.0)
+      : mapper_(mapper), ground_(ground, 60.0), seconds_(begin_s) {}
 
   MapAnswer drive(const Way& way) {
     MapAnswer last;
@@ -32,17 +54,13 @@ class StraightRobot {
     for (int i = 0; i < states; ++i, seconds_ += to_seconds(kInterval), ++driven_) {
       const double step = direction * kSpeed * to_seconds(kInterval);
       const double x = way.from + i * step;
-      PathState state;
-      state.time = from_seconds(1000.0 + seconds_);
-      state.pose.p.x() = x + way.ahead;
-      state.covariance = (4e-4 * driven_ + lost_m2) * Eigen::Matrix3d::Identity();
-      state.covariance(2, 2) = 1e-8 * driven_;
-      state.pose_covariance = state.covariance;
+      PathState state = state_at(from_seconds(seconds_), x + way.ahead, 4e-4 * driven_ + lost_m2);
+      state.covariance(2, 2) = state.pose_covariance(2, 2) = 1e-8 * driven_;
       input.states.push_back(state);
       for (int k = 2; k >= 0 && driven_ > 0 && i > 0; --k) {
         const double ago = k / 3.0;
         GprTrace trace = radar_.measure(ground_, x - ago * step + way.lever,
-                                        1000.0 + seconds_ - ago * to_seconds(kInterval));
+                                        seconds_ - ago * to_seconds(kInterval));
         trace.antenna_id = way.antenna;
         input.traces.push_back(std::move(trace));
       }
@@ -62,9 +80,9 @@ class StraightRobot {
 
  private:
   Mapper& mapper_;
-  gpr::SyntheticGround ground_{7, 60.0};
+  gpr::SyntheticGround ground_;
   gpr::SyntheticRadar radar_{3, 60.0};
-  double seconds_ = 0.0;
+  double seconds_;
   int driven_ = 0;
 };
 
