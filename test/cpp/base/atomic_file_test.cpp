@@ -10,13 +10,13 @@
 #include <array>
 #include <cerrno>
 #include <climits>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
 #include <vector>
 
 #include "gprodom/error.h"
+#include "support/temporary_folder.h"
 
 namespace fs = std::filesystem;
 
@@ -55,27 +55,16 @@ namespace {
 
 class AtomicFileTest : public ::testing::Test {
  protected:
-  AtomicFileTest() {
-    std::string pattern = (fs::temp_directory_path() / "gprodom-file-XXXXXX").string();
-    folder_ = fs::canonical(::mkdtemp(pattern.data()));
-    path_ = (folder_ / "pose.state").string();
-    calls.clear();
-  }
-  ~AtomicFileTest() override {
-    disk_fails = false;
-    fs::remove_all(folder_);
-  }
+  AtomicFileTest() { calls.clear(); }
+  ~AtomicFileTest() override { disk_fails = false; }
   std::string content() const {
     std::string bytes;
     return read_whole(path_, bytes) ? bytes : "absent";
   }
-  std::size_t files() const {
-    return static_cast<std::size_t>(
-        std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
-  }
+  std::size_t files() const { return folder_.files().size(); }
 
-  fs::path folder_;
-  std::string path_;
+  TemporaryFolder folder_;
+  const std::string path_ = folder_ / "pose.state";
 };
 
 // Otherwise a power cut leaves an empty file under the right name, or the file of before.
@@ -83,7 +72,7 @@ TEST_F(AtomicFileTest, TheFileIsOnTheDiskBeforeItIsRenamedAndTheFolderAfterwards
   write_whole(path_, "new");
   const std::string working = AtomicFile(path_).working_path();
   const std::vector<std::string> expected = {"fsync " + working, "rename " + working,
-                                             "fsync " + folder_.string()};
+                                             "fsync " + folder_.path().string()};
   EXPECT_EQ(calls, expected);
   EXPECT_EQ(content(), "new");
   EXPECT_EQ(files(), 1U);
@@ -107,7 +96,7 @@ TEST_F(AtomicFileTest, FileWithoutPutInPlaceDoesNotAppear) {
 }
 
 TEST_F(AtomicFileTest, MissingFolderIsReported) {
-  EXPECT_THROW(write_whole((folder_ / "later" / "pose.state").string(), "new"), FileError);
+  EXPECT_THROW(write_whole(folder_ / "later/pose.state", "new"), FileError);
 }
 
 TEST_F(AtomicFileTest, PipesAndDevicesAreWrittenDirectly) {
@@ -131,18 +120,18 @@ TEST_F(AtomicFileTest, OnlyTemporaryFilesOfEndedProcessesAreRemoved) {
   std::ofstream(ours.working_path()) << "half";
   for (const char* name : {"film.part", "1234", "pose.0.part"}) std::ofstream(folder_ / name);
   ASSERT_EQ(files(), 5U);
-  remove_abandoned(folder_.string());
+  remove_abandoned(folder_.path().string());
   EXPECT_EQ(files(), 4U);
   EXPECT_TRUE(fs::exists(ours.working_path()));
-  remove_abandoned((folder_ / "later").string());  // not there: nothing to do
+  remove_abandoned(folder_ / "later");  // not there: nothing to do
 }
 
 TEST_F(AtomicFileTest, FileSetAsideGetsTheFirstFreeName) {
-  const std::string path = (folder_ / "a.map").string();
+  const std::string path = folder_ / "a.map";
   EXPECT_EQ(set_aside(path, false), "");
   for (int number = 1; number <= 3; ++number) {
     write_whole(path, std::to_string(number));
-    const std::string kept = (folder_ / ("a.kept-" + std::to_string(number) + ".map")).string();
+    const std::string kept = folder_ / ("a.kept-" + std::to_string(number) + ".map");
     EXPECT_EQ(set_aside(path, false), kept);
     EXPECT_FALSE(fs::exists(path));
     std::string bytes;
@@ -154,7 +143,7 @@ TEST_F(AtomicFileTest, FileSetAsideGetsTheFirstFreeName) {
 // Where the power fails between the second name and the new file, there is a file all the time, and
 // next time no third name.
 TEST_F(AtomicFileTest, FileThatKeepsItsNameGetsOneMoreAlone) {
-  const std::string path = (folder_ / "a.map").string();
+  const std::string path = folder_ / "a.map";
   write_whole(path, "before");
   const std::string kept = set_aside(path, true);
   EXPECT_TRUE(fs::exists(path));

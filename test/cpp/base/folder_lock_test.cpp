@@ -6,26 +6,19 @@
 
 #include <array>
 #include <csignal>
-#include <cstdlib>
 #include <filesystem>
 
 #include "gprodom/error.h"
+#include "support/temporary_folder.h"
 
 namespace gprodom {
 namespace {
 
-namespace fs = std::filesystem;
-
 class FolderLockTest : public ::testing::Test {
  protected:
-  FolderLockTest() {
-    std::string pattern = (fs::temp_directory_path() / "gprodom-lock-XXXXXX").string();
-    folder_ = ::mkdtemp(pattern.data());
-  }
-  ~FolderLockTest() override { fs::remove_all(folder_); }
-
   static constexpr auto kAlone = FolderLock::Use::kAlone, kShared = FolderLock::Use::kShared;
-  std::string folder_;
+  TemporaryFolder its_own_;
+  const std::string folder_ = its_own_.path();
 };
 
 TEST_F(FolderLockTest, OneUserAloneAndItsProcessIsTold) {
@@ -84,7 +77,7 @@ TEST_F(FolderLockTest, AFolderThatIsNotThereYetIsLockedLater) {
   FolderLock lock;
   const std::string later = folder_ + "/later";
   EXPECT_FALSE(lock.take(later, kAlone));
-  fs::create_directory(later);
+  std::filesystem::create_directory(later);
   EXPECT_TRUE(lock.take(later, kAlone));
 }
 

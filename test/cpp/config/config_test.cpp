@@ -1,9 +1,7 @@
 #include "gprodom/config.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <cstdlib>
 #include <fstream>
 #include <set>
 #include <sstream>
@@ -12,6 +10,7 @@
 #include "config/config_value.h"
 #include "config/former_keys.h"
 #include "gprodom/error.h"
+#include "support/temporary_folder.h"
 
 namespace gprodom {
 namespace {
@@ -19,19 +18,11 @@ namespace {
 // A config file of this content; gone with the object.
 class TemporaryFile {
  public:
-  explicit TemporaryFile(const std::string& content) {
-    std::string pattern = testing::TempDir() + "/gprodom-config-XXXXXX";
-    close(mkstemp(pattern.data()));
-    path_ = pattern;
-    std::ofstream(path_) << content;
-  }
-  ~TemporaryFile() { std::remove(path_.c_str()); }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-  const std::string& path() const { return path_; }
+  explicit TemporaryFile(const std::string& content) { std::ofstream(path()) << content; }
+  std::string path() const { return folder_ / "config.yaml"; }
 
  private:
-  std::string path_;
+  TemporaryFolder folder_;
 };
 
 // The error of loading `content`, with the file's path written as FILE.

@@ -2,11 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "support/told.h"
 
 namespace gprodom {
 namespace {
@@ -102,12 +103,7 @@ class ByDistance : public TwoAntennas {
       if (check_->radar_silent()) ++silent_;
     }
   }
-  double reasons() {
-    double found = 0;
-    for (const std::string& reason : health_.status(0).reasons)
-      found += reason.find("GPR_TRACE: no data") != std::string::npos ? 1 : 0;
-    return found;
-  }
+  auto reasons() { return count_with(health_.status(0).reasons, "GPR_TRACE: no data"); }
 
   TimeNs now_ = begin_;
   double way_m_ = 0.0, next_m_ = 0.05;
@@ -122,7 +118,7 @@ TEST_F(ByDistance, NothingIsMissingWhileTheRobotStands) {
     drive(60, 0.0);
     drive(10, 0.5);
     EXPECT_EQ(silent_, 0) << trigger;
-    EXPECT_EQ(reasons(), 0.0);
+    EXPECT_EQ(reasons(), 0);
     EXPECT_EQ(count("gap"), 0.0);
     EXPECT_EQ(check_->trigger(), Trigger::kDistance);
   }
@@ -133,7 +129,7 @@ TEST_F(ByDistance, ByTimeItWouldBe) {
   drive(5, 0.5);
   drive(10, 0.0);
   EXPECT_GT(silent_, 800);
-  EXPECT_EQ(reasons(), 1.0);
+  EXPECT_EQ(reasons(), 1);
 }
 
 TEST_F(ByDistance, ARadarThatStopsWhileTheRobotDrivesIsTold) {
@@ -141,7 +137,7 @@ TEST_F(ByDistance, ARadarThatStopsWhileTheRobotDrivesIsTold) {
   drive(5, 0.5);
   drive(3, 0.5, false);
   EXPECT_GT(silent_, 100);
-  EXPECT_EQ(reasons(), 1.0);
+  EXPECT_EQ(reasons(), 1);
 }
 
 TEST_F(ByDistance, WithoutAWheelSecondsCount) {
@@ -185,10 +181,7 @@ TEST_F(TwoAntennas, TheOtherOneIsFollowedWhileTheFirstIsGone) {
   EXPECT_EQ(followed_after(5.0, 8.0, false), 1);
   EXPECT_FALSE(check_->radar_silent());
   EXPECT_EQ(check_->antenna(), 0) << "the map is of the first one";
-  const auto reasons = health_.status(begin_).reasons;
-  EXPECT_TRUE(std::any_of(reasons.begin(), reasons.end(), [](const std::string& reason) {
-    return reason.find("one antenna: the first one") != std::string::npos;
-  }));
+  EXPECT_EQ(count_with(health_.status(begin_).reasons, "one antenna: the first one"), 1);
   EXPECT_EQ(followed_after(8.0, 9.0, true), 1) << "not at once";
   EXPECT_EQ(followed_after(9.0, 12.0, true), 0);
 }
@@ -216,8 +209,7 @@ TEST(FixOutage, IsToldAfterASecondOfMessagesWithoutAPositionAndIsOverWithTheNext
     InputMessage message = fix;
     EXPECT_EQ(check.accept(message), quality != FixQuality::kNone);
     check.watch_silence(false);
-    const Status status = health.status(fix.time);
-    return std::count(status.reasons.begin(), status.reasons.end(),
+    return count_with(health.status(fix.time).reasons,
                       config.channels.position_fix + ": outage: no position for a second or more");
   };
   EXPECT_EQ(told_after(0.0, FixQuality::kFixed), 0);

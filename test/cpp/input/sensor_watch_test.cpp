@@ -1,15 +1,20 @@
-// Faulty sensors must be detected, and a coarse sensor must not be reported as broken.
 #include "input/sensor_watch.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <random>
+
+#include "input/clock_watch.h"
+#include "input/trace_format_watch.h"
+#include "support/noise.h"
 
 namespace gprodom {
 namespace {
 
+// Faulty sensors must be detected, and a coarse sensor must not be reported as broken.
 // Acceleration and rates of a robot that drives, at 200 Hz.
 class DrivingImu {
  public:
@@ -19,8 +24,8 @@ class DrivingImu {
     ImuSample sample;
     sample.time = time_ += 5'000'000;
     for (int i = 0; i < 3; ++i) {
-      sample.acceleration[i] = rounded(0.15 * noise_(random_));
-      sample.angular_velocity[i] = rounded(0.05 * noise_(random_));
+      sample.acceleration[i] = rounded(0.15 * noise_());
+      sample.angular_velocity[i] = rounded(0.05 * noise_());
     }
     sample.acceleration.z() += 9.8;
     return sample;
@@ -33,8 +38,7 @@ class DrivingImu {
 
   double step_;
   TimeNs time_ = 0;
-  std::mt19937 random_{1};
-  std::normal_distribution<double> noise_;
+  Noise noise_{1};
 };
 
 TEST(ImuWatch, CoarseValuesAreNeitherStuckNorCutOff) {
@@ -112,6 +116,105 @@ TEST(TraceWatch, TheSameTraceAtAStandstillIsNotStuck) {
   trace.samples.assign(201, 7.0f);
   TraceWatch watch;
   for (int i = 0; i < 1000; ++i) EXPECT_EQ(watch.check(trace, 50.0 + 0.001 * (i % 3)), "");
+}
+
+// Clocks that drift apart must be reported; delays that scatter or step must not be.
+constexpr TimeNs kStart = 1'700'000'000'000'000'000;
+
+// Times told over a run, of a sensor at 20 Hz beside an IMU at 200 Hz. delay_s(t): from the moment
+// of a measurement to its arrival.
+int times_told(double seconds, double ppm, const std::function<double(double)>& delay_s) {
+  ClockWatch watch;
+  int told = 0;
+  for (double t = 0; t < seconds; t += 0.05) {
+    const double arrival = t + delay_s(t);
+    const TimeNs imu_now = kStart + from_seconds(0.005 * std::floor(arrival / 0.005 + 0.4));
+    told += watch.drifts(kStart + from_seconds(t * (1 + 1e-6 * ppm)), imu_now);
+  }
+  return told;
+}
+
+std::function<double(double)> scattered(double most_s) {
+  return [most_s, random = std::mt19937(1)](double) mutable {
+    return std::uniform_real_distribution<double>(0, most_s)(random);
+  };
+}
+
+TEST(ClockWatch, DriftIsReportedWithinTwoMinutesAndWhileItLasts) {
+  for (const double ppm : {-300.0, -100.0, 100.0}) {
+    EXPECT_GT(times_told(120, ppm, scattered(0.003)), 0) << ppm;
+    EXPECT_GT(times_told(3600, ppm, scattered(0.003)), 300) << ppm;
+    EXPECT_GT(times_told(3600, ppm, scattered(0.1)), 0) << ppm;
+  }
+}
+
+TEST(ClockWatch, GoodClocksWithDelaysAreNotReported) {
+  for (const double ppm : {-20.0, 0.0, 20.0})
+    for (const double most_s : {0.0, 0.003, 0.05, 0.2})
+      EXPECT_EQ(times_told(3600, ppm, scattered(most_s)), 0) << ppm << " ppm, " << most_s << " s";
+  EXPECT_EQ(times_told(600, 0, [](double t) { return t < 300 ? 0.0 : 0.05; }), 0);
+  EXPECT_EQ(times_told(600, 0, [](double t) { return t < 300 ? 0.05 : 0.001; }), 0);
+}
+
+TEST(ClockWatch, StampsThatRestartAreJudgedAnew) {
+  ClockWatch watch;
+  int told = 0;
+  TimeNs now = kStart;
+  for (int run = 0; run < 20; ++run) {
+    now += run % 2 ? 3600'000'000'000 : -1800'000'000'000;
+    for (int i = 0; i < 40 * 20; ++i) {
+      now += 50'000'000;
+      told += watch.drifts(now - run * 5'000'000, now);
+    }
+  }
+  EXPECT_EQ(told, 0);
+}
+
+GprTrace trace(std::size_t samples, double interval_s) {
+  GprTrace t;
+  t.samples.assign(samples, 1.0f);
+  t.sample_interval_s = interval_s;
+  return t;
+}
+
+TEST(TraceFormatWatch, SingleOddTraceIsDroppedAndANewSettingIsFollowed) {
+  TraceFormatWatch format;
+  EXPECT_EQ(format.check(trace(201, 2e-10)), "");
+  for (int i = 0; i < 20; ++i) {
+    EXPECT_NE(format.check(trace(181, 2e-10)), "");
+    EXPECT_NE(format.check(trace(201, 3e-10)), "");
+    EXPECT_EQ(format.check(trace(201, 2e-10)), "");
+  }
+  int dropped = 0;
+  while (!format.check(trace(181, 2e-10)).empty()) ++dropped;
+  EXPECT_EQ(dropped, 4);
+  EXPECT_NE(format.check(trace(201, 2e-10)), "");
+}
+
+// The first trace may be the damaged one: it must not say which ground is stored.
+TEST(TraceFormatWatch, SettingCountsOnceSeveralTracesAgree) {
+  TraceFormatWatch format;
+  format.check(trace(181, 2e-10));
+  EXPECT_FALSE(format.agreed());
+  for (int i = 0; i < 4; ++i) {
+    format.check(trace(201, 2e-10));
+    EXPECT_FALSE(format.agreed());
+  }
+  EXPECT_EQ(format.check(trace(201, 2e-10)), "");
+  ASSERT_TRUE(format.agreed());
+  EXPECT_EQ(format.agreed()->samples, 201U);
+  format.check(trace(181, 2e-10));
+  EXPECT_EQ(format.agreed()->samples, 201U);
+}
+
+TEST(TraceFormatWatch, SettingIsKnownThoughEveryOtherTraceIsDamaged) {
+  TraceFormatWatch format;
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_FALSE(format.agreed());
+    format.check(trace(201, 2e-10));
+    format.check(trace(100 + i, 2e-10));
+  }
+  EXPECT_EQ(format.agreed()->samples, 201U);
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <random>
 
@@ -90,36 +89,52 @@ command_t command_message() {
   return m;
 }
 
+position_fix_t fix_message() {
+  position_fix_t m{};
+  m.utime = 1;
+  m.frame = position_fix_t::GEODETIC;
+  m.quality = position_fix_t::FIXED;
+  m.antenna_id = 3;
+  m.has_heading = 1;
+  m.heading = 0.5;
+  m.heading_sigma = 0.01;
+  for (int i = 0; i < 3; ++i) m.position[i] = 10.0 + i;
+  for (int i = 0; i < 9; ++i) m.covariance[i] = i;
+  return m;
+}
+
+// Of every channel.
+std::vector<std::pair<std::string, Bytes>> packets() {
+  return {{"IMU", encoded(imu_message())},
+          {"WHEEL", encoded(wheel_t{1, 2, 0.5})},
+          {"WHEELS", encoded(wheels_t{1, 2, 3, 0.5})},
+          {"GPR_TRACE", encoded(trace_message(20))},
+          {"GPR_DISPLACEMENT_IN", encoded(displacement_message())},
+          {"POSITION_FIX", encoded(fix_message())},
+          {"COMMAND", encoded(command_message())}};
+}
+
 void put_int32(Bytes& bytes, std::size_t at, std::int32_t value) {
   const auto bits = static_cast<std::uint32_t>(value);
   for (int i = 0; i < 4; ++i) bytes[at + i] = static_cast<std::uint8_t>(bits >> (24 - 8 * i));
 }
 
 TEST(LcmInput, DecodesImu) {
-  const Input input = decoded("IMU", encoded(imu_message()));
-  const auto& sample = std::get<ImuSample>(input);
+  const auto sample = std::get<ImuSample>(decoded("IMU", encoded(imu_message())));
   EXPECT_EQ(sample.time, 1700001000123456000);
   EXPECT_EQ(sample.acceleration, Eigen::Vector3d(0.5, 1.5, 2.5));
   EXPECT_EQ(sample.angular_velocity, Eigen::Vector3d(0, -0.25, -0.5));
 }
 
 TEST(LcmInput, DecodesWheelAsSignedDistance) {
-  wheel_t m{};
-  m.utime = 1;
-  m.ticks = -2000;
-  m.metres_per_tick = 0.25;
-  const Input input = decoded("WHEEL", encoded(m));
-  EXPECT_EQ(std::get<WheelSample>(input).time, 1000);
-  EXPECT_EQ(std::get<WheelSample>(input).distance_m, -500.0);
-  EXPECT_EQ(std::get<WheelSample>(input).resolution_m, 0.25);
+  const auto sample = std::get<WheelSample>(decoded("WHEEL", encoded(wheel_t{1, -2000, 0.25})));
+  EXPECT_EQ(sample.time, 1000);
+  EXPECT_EQ(sample.distance_m, -500.0);
+  EXPECT_EQ(sample.resolution_m, 0.25);
 }
 
 TEST(LcmInput, DecodesTwoWheelsAsSignedDistances) {
-  wheels_t m{};
-  m.utime = 1;
-  m.left_ticks = -2000;
-  m.right_ticks = 3000;
-  m.metres_per_tick = 0.25;
+  const wheels_t m{1, -2000, 3000, 0.25};
   const auto input = std::get<WheelsSample>(decoded("WHEELS", encoded(m)));
   EXPECT_EQ(input.time, 1000);
   EXPECT_EQ(input.left_m, -500.0);
@@ -128,8 +143,7 @@ TEST(LcmInput, DecodesTwoWheelsAsSignedDistances) {
 }
 
 TEST(LcmInput, DecodesTrace) {
-  const Input input = decoded("GPR_TRACE", encoded(trace_message(201)));
-  const auto& trace = std::get<GprTrace>(input);
+  const auto trace = std::get<GprTrace>(decoded("GPR_TRACE", encoded(trace_message(201))));
   EXPECT_EQ(trace.time, 1700001000123456000);
   EXPECT_EQ(trace.seq, 77);
   EXPECT_EQ(trace.antenna_id, 2);
@@ -141,8 +155,8 @@ TEST(LcmInput, DecodesTrace) {
 }
 
 TEST(LcmInput, DecodesDisplacementAndCommand) {
-  const Input input = decoded("GPR_DISPLACEMENT_IN", encoded(displacement_message()));
-  const auto& d = std::get<Displacement>(input);
+  const auto d =
+      std::get<Displacement>(decoded("GPR_DISPLACEMENT_IN", encoded(displacement_message())));
   EXPECT_EQ(d.time, 1700001000300000000);
   EXPECT_EQ(d.from, 1700001000100000000);
   EXPECT_EQ(d.to, 1700001000200000000);
@@ -156,16 +170,36 @@ TEST(LcmInput, DecodesDisplacementAndCommand) {
   EXPECT_EQ(d.scale, 1.25);
   EXPECT_EQ(d.score, 0.75);
 
-  const Input command = decoded("COMMAND", encoded(command_message()));
-  EXPECT_EQ(std::get<Command>(command).name, "reset");
+  EXPECT_EQ(std::get<Command>(decoded("COMMAND", encoded(command_message()))).name, "reset");
   EXPECT_FALSE(decode_input(kChannels, "TOTAL_STATION", nullptr, 0).has_value());
+}
+
+TEST(LcmInput, DecodesPositionFix) {
+  const auto fix = std::get<PositionFix>(decoded("POSITION_FIX", encoded(fix_message())));
+  EXPECT_EQ(fix.time, 1000);
+  EXPECT_EQ(fix.frame, FixFrame::kGeodetic);
+  EXPECT_EQ(fix.position, Eigen::Vector3d(10, 11, 12));
+  EXPECT_EQ(fix.covariance(0, 1), 1.0);  // row-major
+  EXPECT_EQ(fix.quality, FixQuality::kFixed);
+  EXPECT_EQ(fix.antenna_id, 3);
+  EXPECT_TRUE(fix.has_heading);
+  EXPECT_EQ(fix.heading, 0.5);
+  EXPECT_EQ(fix.heading_sigma, 0.01);
+}
+
+TEST(LcmInput, RefusesPositionFixOfUnknownFrameOrQuality) {
+  position_fix_t m = fix_message();
+  m.frame = 2;
+  EXPECT_NE(refusal("POSITION_FIX", encoded(m)).find("frame"), std::string::npos);
+  m = fix_message();
+  m.quality = 5;
+  EXPECT_NE(refusal("POSITION_FIX", encoded(m)).find("quality"), std::string::npos);
 }
 
 TEST(LcmInput, NanIsPassedOnToTheEstimator) {
   imu_t m = imu_message();
   m.angular_velocity[1] = std::nan("");
-  const Input input = decoded("IMU", encoded(m));
-  EXPECT_TRUE(std::isnan(std::get<ImuSample>(input).angular_velocity.y()));
+  EXPECT_TRUE(std::isnan(std::get<ImuSample>(decoded("IMU", encoded(m))).angular_velocity.y()));
 }
 
 TEST(LcmInput, RefusesHostileCounts) {
@@ -214,22 +248,14 @@ TEST(LcmInput, RefusesTimesThatDoNotFit) {
 }
 
 TEST(LcmInput, RefusesEveryTruncationAndOtherTypes) {
-  const std::vector<std::pair<std::string, Bytes>> packets = {
-      {"IMU", encoded(imu_message())},
-      {"WHEEL", encoded(wheel_t{1, 2, 0.5})},
-      {"WHEELS", encoded(wheels_t{1, 2, 3, 0.5})},
-      {"GPR_TRACE", encoded(trace_message(20))},
-      {"GPR_DISPLACEMENT_IN", encoded(displacement_message())},
-      {"POSITION_FIX", encoded(position_fix_t{})},
-      {"COMMAND", encoded(command_message())}};
-  for (const auto& [channel, packet] : packets) {
+  for (const auto& [channel, packet] : packets()) {
     ASSERT_EQ(refusal(channel, packet), "accepted");
     for (std::size_t size = 0; size < packet.size(); ++size) {
       // A copy of exactly this size, so that a sanitizer sees a read behind it.
       EXPECT_NE(refusal(channel, Bytes(packet.begin(), packet.begin() + size)), "accepted")
           << channel << " " << size;
     }
-    for (const auto& [other, unused] : packets) {
+    for (const auto& [other, unused] : packets()) {
       if (other != channel) {
         EXPECT_NE(refusal(other, packet).find("another message type"), std::string::npos);
       }
@@ -241,15 +267,11 @@ TEST(LcmInput, RefusesEveryTruncationAndOtherTypes) {
 // lengths stand. Whatever is accepted must be the size of its packet.
 TEST(LcmInput, SurvivesRandomBytes) {
   std::mt19937 random(20240611);
-  const std::vector<std::pair<std::string, Bytes>> packets = {
-      {"GPR_TRACE", encoded(trace_message(50))},
-      {"GPR_DISPLACEMENT_IN", encoded(displacement_message())},
-      {"COMMAND", encoded(command_message())},
-      {"IMU", encoded(imu_message())}};
+  const auto all = packets();
   int accepted = 0;
   constexpr int kRounds = 100000;
   for (int round = 0; round < kRounds; ++round) {
-    const auto& [channel, good] = packets[random() % packets.size()];
+    const auto& [channel, good] = all[random() % all.size()];
     Bytes bytes = good;
     if (random() % 4 == 0) bytes.resize(random() % (good.size() + 16));
     for (unsigned n = random() % 6; n > 0 && bytes.size() > 8; --n) {
@@ -317,9 +339,8 @@ TEST(LcmOutput, MessagesHoldTheOutputs) {
   sfm.level << 1, 2, 3, 4, 5, 10;
   sfm.column_spacing_s = 0.05;
   outputs.sfm = {sfm};
-  const Input in = decoded("GPR_DISPLACEMENT_IN", encoded(displacement_message()));
-  outputs.displacements = {std::get<Displacement>(in)};
-
+  outputs.displacements = {
+      std::get<Displacement>(decoded("GPR_DISPLACEMENT_IN", encoded(displacement_message())))};
   outputs.odometry_in_map = {in_map};
   const auto messages = make_messages(kChannels, outputs);
   ASSERT_EQ(messages.size(), 7u);
@@ -369,11 +390,8 @@ TEST(LcmOutput, MessagesHoldTheOutputs) {
   EXPECT_EQ(f.column_spacing, 0.05);
 
   // Out and in again is the same displacement.
-  for (const auto& message : messages) {
-    if (message.channel == "GPR_DISPLACEMENT") {
-      EXPECT_EQ(message.data, encoded(displacement_message()));
-    }
-  }
+  EXPECT_EQ(encoded(find<displacement_t>(messages, "GPR_DISPLACEMENT")),
+            encoded(displacement_message()));
 }
 
 }  // namespace

@@ -2,26 +2,18 @@
 
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <fstream>
-#include <sstream>
 
+#include "base/atomic_file.h"
 #include "gprodom/error.h"
 #include "io/tum.h"
+#include "support/temporary_folder.h"
 
 namespace gprodom {
 namespace {
 
-namespace fs = std::filesystem;
-
 class LogIo : public testing::Test {
  protected:
-  LogIo() {
-    std::string pattern = testing::TempDir() + "/gprodom-log-XXXXXX";
-    folder_ = mkdtemp(pattern.data());
-  }
-  ~LogIo() override { fs::remove_all(folder_); }
-
   std::string path(const std::string& name) const { return folder_ / name; }
 
   // Ten messages of growing size.
@@ -37,10 +29,9 @@ class LogIo : public testing::Test {
   }
 
   std::string content(const std::string& name) const {
-    std::ifstream file(path(name), std::ios::binary);
-    std::stringstream bytes;
-    bytes << file.rdbuf();
-    return bytes.str();
+    std::string bytes;
+    EXPECT_TRUE(read_whole(path(name), bytes)) << name;
+    return bytes;
   }
 
   void put(const std::string& name, const std::string& bytes) const {
@@ -63,7 +54,7 @@ class LogIo : public testing::Test {
     return times;
   }
 
-  fs::path folder_;
+  TemporaryFolder folder_;
 };
 
 TEST_F(LogIo, ReadsBackWhatWasWritten) {
@@ -116,7 +107,7 @@ TEST_F(LogIo, OtherFilesAreRefused) {
   EXPECT_THROW(LogReader(path("text")), FileError);
   EXPECT_THROW(LogReader(path("empty")), FileError);
   EXPECT_THROW(LogReader(path("missing")), FileError);
-  EXPECT_THROW(LogReader(folder_.string()), FileError);
+  EXPECT_THROW(LogReader(folder_.path().string()), FileError);
 }
 
 TEST_F(LogIo, IncompleteFileIsRemoved) {
@@ -125,7 +116,7 @@ TEST_F(LogIo, IncompleteFileIsRemoved) {
     writer.write(message(3));
     TumWriter tum(path("out.tum"));
   }
-  EXPECT_TRUE(fs::is_empty(folder_));
+  EXPECT_TRUE(folder_.files().empty());
   EXPECT_THROW(LogWriter(path("no/such/folder/out.lcmlog")), FileError);
 }
 

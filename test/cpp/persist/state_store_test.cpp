@@ -3,12 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 
 #include "base/atomic_file.h"
+#include "support/temporary_folder.h"
 
 namespace gprodom {
 namespace {
@@ -17,28 +17,43 @@ namespace fs = std::filesystem;
 
 class StateStoreTest : public ::testing::Test {
  protected:
-  StateStoreTest() {
-    std::string pattern = (fs::temp_directory_path() / "gprodom-state-XXXXXX").string();
-    folder_ = ::mkdtemp(pattern.data());
-    config_.state.directory = folder_.string();
-  }
-  ~StateStoreTest() override { fs::remove_all(folder_); }
+  StateStoreTest() { config_.state.directory = folder_.path(); }
 
-  void save(double scale, double sigma, const std::optional<SavedState>& state = {}) {
+  template <class... Learnt>
+  void keep(const Learnt&... learnt) {
     StateStore store(config_);
+    store.save(learnt...);
+    store.writer().flush();
+    EXPECT_EQ(store.trouble(), "");
+  }
+  void save(double scale, double sigma, const std::optional<SavedState>& state = {}) {
     OdometryEstimate estimate;
     estimate.wheel_scale = scale;
     estimate.wheel_scale_sigma = sigma;
-    store.save(estimate, state);
-    store.writer().flush();
-    EXPECT_EQ(store.trouble(), "");
+    keep(estimate, state);
+  }
+  void write(const std::string& name, const std::string& bytes) const {
+    std::ofstream(folder_ / name, std::ios::binary) << bytes;
+  }
+  // What a power cut, a failing disk or somebody else may make of a file.
+  static std::vector<std::string> damaged(const std::string& whole) {
+    std::string flipped = whole;
+    flipped[whole.size() / 2] = static_cast<char>(flipped[whole.size() / 2] ^ 4);
+    return {"",      "2.0 0.0001\n",     whole + "x", whole.substr(0, whole.size() / 2),
+            flipped, whole.substr(0, 20)};
+  }
+  // That this is the only notice since it was asked last.
+  void expect_notice(const std::string& part) {
+    ASSERT_EQ(notices_.size(), 1u);
+    EXPECT_NE(notices_[0].find(part), std::string::npos) << notices_[0];
+    notices_.clear();
   }
   Config next_run() {
     notices_.clear();
     return StateStore(config_).config_with_wheel_scale(notices_);
   }
 
-  fs::path folder_;
+  TemporaryFolder folder_;
   Config config_;
   std::vector<std::string> notices_;
 };
@@ -64,18 +79,15 @@ TEST_F(StateStoreTest, HeldOrBetterKnownScaleIsNotReplaced) {
 TEST_F(StateStoreTest, DamagedWheelFileIsReportedAndNotUsed) {
   save(0.98, 0.004);
   std::string whole;
-  ASSERT_TRUE(read_whole((folder_ / "wheel.state").string(), whole));
-  std::string flipped = whole;
-  flipped[whole.size() - 3] = static_cast<char>(flipped[whole.size() - 3] ^ 4);
-  for (const std::string& bytes : {std::string("2.0 0.0001\n"), flipped, std::string(), whole + "x",
-                                   whole.substr(0, whole.size() / 2)}) {
-    std::ofstream(folder_ / "wheel.state", std::ios::binary) << bytes;
+  ASSERT_TRUE(read_whole(folder_ / "wheel.state", whole));
+  for (const std::string& bytes : damaged(whole)) {
+    write("wheel.state", bytes);
     EXPECT_EQ(next_run().wheel.scale, 1.0);
     EXPECT_EQ(notices_.size(), 1u);
   }
   for (const SavedWheel& wheel : {SavedWheel{NAN, 0.001, wheel_setting(config_)},
                                   SavedWheel{1.0, -0.001, wheel_setting(config_)}}) {
-    std::ofstream(folder_ / "wheel.state", std::ios::binary) << to_bytes(wheel);
+    write("wheel.state", to_bytes(wheel));
     EXPECT_EQ(next_run().wheel.scale_sigma, 0.02);
     EXPECT_EQ(notices_.size(), 1u);
   }
@@ -94,8 +106,7 @@ TEST_F(StateStoreTest, SavedScaleOfAnotherWheelConfigurationIsDroppedWithANotice
     change(config_);
     const double configured = config_.wheel.scale;
     EXPECT_EQ(next_run().wheel.scale, configured);
-    ASSERT_EQ(notices_.size(), 1u);
-    EXPECT_NE(notices_[0].find("changed in the configuration since"), std::string::npos);
+    expect_notice("changed in the configuration since");
   }
   config_ = before;
   config_.imu.time_offset = 0.1;  // no matter of the wheel's
@@ -107,8 +118,7 @@ TEST_F(StateStoreTest, SavedScaleFarFromTheConfiguredPriorIsDroppedWithANotice) 
   EXPECT_NEAR(next_run().wheel.scale, 1.07, 1e-9);
   save(1.09, 0.004);  // 4.4
   EXPECT_EQ(next_run().wheel.scale, 1.0);
-  ASSERT_EQ(notices_.size(), 1u);
-  EXPECT_NE(notices_[0].find("4 standard deviations off wheel.scale"), std::string::npos);
+  expect_notice("4 standard deviations off wheel.scale");
 }
 
 // A daemon that restarts at once goes on from its pose, but not with a scale that was edited away.
@@ -131,16 +141,9 @@ TEST_F(StateStoreTest, SavedPoseOfAnotherWheelGetsTheConfiguredScale) {
 }
 
 TEST_F(StateStoreTest, SlipIsKeptForTheSameWheel) {
-  const auto save_slip = [&](const slip::SlipShare::Counts& counts,
-                             const slip::LearntPosition& position = {-0.6, 0.2}) {
-    StateStore store(config_);
-    store.save({counts, position});
-    store.writer().flush();
-    EXPECT_EQ(store.trouble(), "");
-  };
-  save_slip({0.0, 0.0});  // nothing was learnt
+  keep(slip::Learnt{{0.0, 0.0}, {-0.6, 0.2}});  // nothing was learnt
   EXPECT_FALSE(StateStore(config_).slip(notices_));
-  save_slip({100.0, 20.0});
+  keep(slip::Learnt{{100.0, 20.0}, {-0.6, 0.2}});
   const auto back = StateStore(config_).slip(notices_);
   ASSERT_TRUE(back);
   EXPECT_EQ(back->counts.rolled_s, 100.0);
@@ -150,30 +153,21 @@ TEST_F(StateStoreTest, SlipIsKeptForTheSameWheel) {
   EXPECT_TRUE(notices_.empty());
   config_.wheel.lever_arm.x() += 0.1;
   EXPECT_FALSE(StateStore(config_).slip(notices_));
-  ASSERT_EQ(notices_.size(), 1u);
-  EXPECT_NE(notices_[0].find("changed in the configuration since"), std::string::npos);
-  const auto refused = [&](const slip::SlipShare::Counts& counts,
-                           const slip::LearntPosition& position) {
-    notices_.clear();
-    save_slip(counts, position);
+  expect_notice("changed in the configuration since");
+  for (const slip::Learnt& broken :
+       {slip::Learnt{{100.0, 101.0}, {0.0, 0.5}}, slip::Learnt{{100.0, NAN}, {0.0, 0.5}},
+        slip::Learnt{{INFINITY, 1.0}, {0.0, 0.5}}, slip::Learnt{{100.0, 20.0}, {NAN, 0.5}},
+        slip::Learnt{{100.0, 20.0}, {0.0, -0.5}}}) {
+    keep(broken);
     EXPECT_FALSE(StateStore(config_).slip(notices_));
-    EXPECT_EQ(notices_.size(), 1u);
-  };
-  refused({100.0, 101.0}, {0.0, 0.5});
-  refused({100.0, NAN}, {0.0, 0.5});
-  refused({INFINITY, 1.0}, {0.0, 0.5});
-  refused({100.0, 20.0}, {NAN, 0.5});
-  refused({100.0, 20.0}, {0.0, -0.5});
+    expect_notice("");
+  }
 }
 
 TEST_F(StateStoreTest, AMountingIsKeptWhereItIsToBeFound) {
   const LearntMounting mounting{
       Eigen::Quaterniond(Eigen::AngleAxisd(2.0, Eigen::Vector3d::UnitY())), 0.03};
-  {
-    StateStore store(config_);
-    store.save(mounting);
-    store.writer().flush();
-  }
+  keep(mounting);
   EXPECT_FALSE(StateStore(config_).mounting(notices_)) << "it is configured";
   config_.imu.rpy_body_imu.rpy.reset();
   const auto kept = StateStore(config_).mounting(notices_);
@@ -190,23 +184,16 @@ TEST_F(StateStoreTest, LearntPairIsKeptForTheSamePair) {
     notices_.clear();
     return StateStore(config_).pair(notices_);
   };
-  const auto save_pair = [&](const LearntTurn& learnt) {
-    StateStore store(config_);
-    store.save(learnt);
-    store.writer().flush();
-    EXPECT_EQ(store.trouble(), "");
-  };
   EXPECT_FALSE(next());
   EXPECT_TRUE(notices_.empty());
-  save_pair({1.75, 0.05, -0.004, 0.002});
+  keep(LearntTurn{1.75, 0.05, -0.004, 0.002});
   const auto back = next();
   ASSERT_TRUE(back);
   EXPECT_EQ(back->track_m, 1.75);
   EXPECT_EQ(back->track_sigma_m, 0.05);
   EXPECT_EQ(back->radii_difference, -0.004);
   EXPECT_EQ(back->radii_difference_sigma, 0.002);
-  ASSERT_EQ(notices_.size(), 1u);
-  EXPECT_NE(notices_[0].find("1.7500 +- 0.0500"), std::string::npos);
+  expect_notice("1.7500 +- 0.0500");
 
   const Config before = config_;
   const std::function<void(Config&)> changes[] = {
@@ -217,21 +204,19 @@ TEST_F(StateStoreTest, LearntPairIsKeptForTheSamePair) {
     config_ = before;
     change(config_);
     EXPECT_FALSE(next());
-    ASSERT_EQ(notices_.size(), 1u);
-    EXPECT_NE(notices_[0].find("changed in the configuration since"), std::string::npos);
+    expect_notice("changed in the configuration since");
   }
   config_ = before;
   config_.wheel.scale = 1.1;  // of the mean: the sides turn the robot as before
   EXPECT_TRUE(next());
 
   config_ = before;
-  save_pair({3.9, 0.05, 0.0, 0.002});  // 5 standard deviations off
+  keep(LearntTurn{3.9, 0.05, 0.0, 0.002});  // 5 standard deviations off
   EXPECT_FALSE(next());
-  ASSERT_EQ(notices_.size(), 1u);
-  EXPECT_NE(notices_[0].find("3.900 m is 5 standard deviations off"), std::string::npos);
+  expect_notice("3.900 m is 5 standard deviations off");
   for (const LearntTurn& broken : {LearntTurn{NAN, 0.05, 0, 0.002}, LearntTurn{1.75, 0, 0, 0.002},
                                    LearntTurn{1.75, 0.05, 0, INFINITY}}) {
-    save_pair(broken);
+    keep(broken);
     EXPECT_FALSE(next());
     EXPECT_EQ(notices_.size(), 1u);
   }
@@ -279,20 +264,15 @@ TEST_F(StateStoreTest, SavedStateIsReadBackUnchanged) {
 TEST_F(StateStoreTest, TruncatedOrDamagedStateIsReportedAndNotUsed) {
   SavedState state;
   state.noise = {1e-3, 1e-2};
-  const std::string whole = to_bytes(state);
-  std::string flipped = whole;
-  flipped[whole.size() / 2] = static_cast<char>(flipped[whole.size() / 2] ^ 4);
-  for (const std::string& bytes : {whole.substr(0, whole.size() / 2), flipped, std::string(),
-                                   whole + "x", whole.substr(0, 20)}) {
-    std::ofstream(folder_ / "pose.state", std::ios::binary) << bytes;
-    notices_.clear();
+  for (const std::string& bytes : damaged(to_bytes(state))) {
+    write("pose.state", bytes);
     EXPECT_FALSE(StateStore(config_).state(notices_).has_value());
-    EXPECT_EQ(notices_.size(), 1u);
+    expect_notice("");
   }
 }
 
 TEST_F(StateStoreTest, FolderThatCannotBeWrittenIsReportedWhileItLasts) {
-  config_.state.directory = (folder_ / "later").string();
+  config_.state.directory = folder_ / "later";
   StateStore store(config_);
   OdometryEstimate estimate;
   estimate.wheel_scale_sigma = 0.01;
