@@ -86,6 +86,15 @@ inline void append(Outputs& all, const Outputs& more) {
   join(all.warnings, more.warnings);
 }
 
+// To the last bit.
+inline bool same_poses(const std::vector<OdometryEstimate>& a,
+                       const std::vector<OdometryEstimate>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& one, const auto& other) {
+    return one.time == other.time && one.p_odom_body == other.p_odom_body &&
+           one.pose_covariance == other.pose_covariance;
+  });
+}
+
 // Of every Status.
 inline std::vector<std::string> reasons_in(const Outputs& outputs) {
   std::vector<std::string> reasons;
