@@ -36,6 +36,15 @@ TEST(Fixes, FitTellsHowTheTrackLiesInSite) {
   EXPECT_NEAR(fit_site(pairs)->yaw, 2.6, 1e-12) << "by its heading";
 }
 
+PositionFix fix_at(double seconds, const Vector3d& position, double sigma, FixQuality quality) {
+  PositionFix fix;
+  fix.time = from_seconds(1000.0 + seconds);
+  fix.position = position;
+  fix.covariance = sigma * sigma * Eigen::Matrix3d::Identity();
+  fix.quality = quality;
+  return fix;
+}
+
 // A drive at 0.5 m/s along a bend of 20 m radius, its odometry 1 % too long, and fixes each second.
 class Judged : public ::testing::Test {
  public:
@@ -64,12 +73,9 @@ class Judged : public ::testing::Test {
   }
 
   void fix(const Vector2d& error) {
-    PositionFix fix;
-    fix.time = from_seconds(1000.0 + now_);
     const Vector2d place = compose({{50, 60}, 1.0}, on_bend(kSpeed * now_)).p;
-    fix.position << place + error + kSigma * Vector2d(normal_(), normal_()), 0.0;
-    fix.covariance = kSigma * kSigma * Eigen::Matrix3d::Identity();
-    fix.quality = FixQuality::kFixed;
+    const Vector2d seen = place + error + kSigma * Vector2d(normal_(), normal_());
+    const PositionFix fix = fix_at(now_, {seen.x(), seen.y(), 0}, kSigma, FixQuality::kFixed);
     keeper_.add(fix, *path_.mark(fix.time), {1.0, 0.02});
   }
 
@@ -184,11 +190,7 @@ TEST_F(Judged, ASlowDragIsToldAndTakenBack) {
 
 TEST_F(Judged, PositionsThatComeAgainAreNotUsed) {
   drive(20, none);
-  PositionFix old;
-  old.time = from_seconds(1000.0 + now_ - 0.2);
-  old.position << 51, 61, 0;
-  old.covariance = 1e-3 * Eigen::Matrix3d::Identity();
-  old.quality = FixQuality::kFixed;
+  PositionFix old = fix_at(now_ - 0.2, {51, 61, 0}, 0.03, FixQuality::kFixed);
   keeper_.add(old, *path_.mark(old.time), {});
   const std::size_t before = keeper_.anchors().size();
   drive(10, away);
@@ -203,12 +205,8 @@ TEST_F(Judged, SwappedLatitudeAndLongitudeAreTold) {
   AnchorConfig config;
   config.datum = Vector3d(47.0, 8.0, 400.0);
   FixKeeper keeper(config);
-  PositionFix fix;
-  fix.time = from_seconds(1000.5);
+  PositionFix fix = fix_at(0.5, {8.0001, 47.0001, 400.0}, 1.0, FixQuality::kSingle);
   fix.frame = FixFrame::kGeodetic;
-  fix.position << 8.0001, 47.0001, 400.0;
-  fix.covariance = Eigen::Matrix3d::Identity();
-  fix.quality = FixQuality::kSingle;
   keeper.add(fix, *path_.mark(fix.time), {});
   EXPECT_EQ(keeper.trouble(), FixTrouble::kSwapped);
   fix.position << 52.0, 9.0, 400.0;

@@ -4,7 +4,8 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <random>
+
+#include "map/straight_robot.h"
 
 namespace gprodom {
 namespace {
@@ -175,9 +176,7 @@ TEST(MapPath, PlacesNearRemovedNodesBelongToTheRemainingOnes) {
   MapPath path(0.5);
   std::vector<PlanarPose> nodes;
   for (int i = 0; i <= 80; ++i) {
-    PathState state;
-    state.time = i * kInterval;
-    state.pose.p.x() = 0.1 * (i <= 40 ? i : 80 - i);
+    const PathState state = state_at(i * kInterval, 0.1 * (i <= 40 ? i : 80 - i), 0.0);
     const bool first = path.empty();
     if (path.add(state) || first) nodes.push_back(state.pose);
   }
@@ -202,12 +201,8 @@ TEST(MapPath, PlacesNearRemovedNodesBelongToTheRemainingOnes) {
 
 TEST(MapPath, DistanceDecreasesWhenDrivingBackwards) {
   MapPath path(0.5);
-  for (int i = 0; i <= 40; ++i) {
-    PathState state;
-    state.time = i * kInterval;
-    state.pose.p.x() = 0.1 * (i <= 20 ? i : 40 - i);
-    path.add(state);
-  }
+  for (int i = 0; i <= 40; ++i)
+    path.add(state_at(i * kInterval, 0.1 * (i <= 20 ? i : 40 - i), 0.0));
   EXPECT_NEAR(path.distance_at(20 * kInterval), 2.0, 1e-9);
   EXPECT_NEAR(path.distance_at(40 * kInterval), 0.0, 1e-9);
   EXPECT_NEAR(path.travelled(), 4.0, 1e-9);

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cmath>
-#include <optional>
 #include <utility>
 
 #include "gpr/synthetic_ground.h"
