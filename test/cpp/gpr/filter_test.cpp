@@ -3,15 +3,18 @@
 
 #include <cmath>
 #include <complex>
-#include <random>
 #include <stdexcept>
 
+#include "gpr/allocation_count.h"
 #include "gpr/filter/background.h"
 #include "gpr/filter/band_pass.h"
+#include "gpr/filter/details_retention.h"
 #include "gpr/filter/time_zero.h"
 #include "gpr/filter/trace_quality.h"
 #include "gpr/filter/wavelet.h"
 #include "gpr/synthetic_ground.h"
+#include "gprodom/error.h"
+#include "support/noise.h"
 
 namespace gprodom::gpr {
 namespace {
@@ -19,10 +22,9 @@ namespace {
 constexpr double kInterval = 0.2e-9;
 
 std::vector<double> random_trace(int n, unsigned seed) {
-  std::mt19937 random(seed);
-  std::normal_distribution<double> normal;
+  Noise normal(seed);
   std::vector<double> x(n);
-  for (double& v : x) v = normal(random);
+  for (double& v : x) v = normal();
   return x;
 }
 
@@ -149,15 +151,14 @@ TEST(TimeZero, DelayOfABandLimitedTrace) {
 // Delays of up to three samples over moving ground, found to a tenth of the noise's share.
 TEST(TimeZero, IsTrackedOverMovingGround) {
   const SyntheticGround ground(1);
-  std::mt19937 random(3);
-  std::normal_distribution<double> normal;
+  Noise normal(3);
   TimeZeroTracker tracker(10.0, 5.0);
   double sum = 0.0, squares = 0.0;
   const int count = 300;
   for (int i = 0; i < count; ++i) {
-    const double delay = i == 0 ? 0.0 : 3.0 * std::sin(0.05 * i) + 0.2 * normal(random);
+    const double delay = i == 0 ? 0.0 : 3.0 * std::sin(0.05 * i) + 0.2 * normal();
     std::vector<float> x = single(ground.trace(1.0 + 0.02 * i, delay)), y(x.size());
-    for (float& v : x) v += static_cast<float>(60.0 * normal(random));
+    for (float& v : x) v += static_cast<float>(60.0 * normal());
     const double error = tracker.align(x.data(), static_cast<int>(x.size()), y.data()) - delay;
     sum += error;
     squares += error * error;
@@ -272,6 +273,89 @@ TEST(Wavelet, NoiseSigmaIsTheMedian) {
     const double median = 0.5 * (size[(n - 1) / 2] + size[n / 2]);
     EXPECT_DOUBLE_EQ(noise_sigma(x.data(), n, scratch.data()), median / 0.6745) << n;
   }
+}
+
+FilterOptions options_with(Background background) {
+  FilterOptions options;
+  options.background = background;
+  options.gain_rate = 0.03;
+  options.gain_power = 0.7;
+  return options;
+}
+
+// Noise and wow are nearly removed, and the reflectors are as the band-pass alone, on clean
+// ground, leaves of them.
+TEST(DetailsRetention, KeepsReflectorsAndDropsTheRest) {
+  const SyntheticGround ground(8);
+  SyntheticRadar radar(9, 10.0);
+  DetailsRetention noisy{FilterOptions()};
+  FilterOptions linear;
+  linear.wavelet = WaveletKind::kNone;
+  linear.time_zero_max = 0.0;
+  DetailsRetention clean(linear);
+  double noise = 0.0, both = 0.0, energy = 0.0, clean_energy = 0.0;
+  for (int i = 0; i < 300; ++i) {
+    const double position = 1.0 + 0.03 * i;
+    const GprTrace trace = radar.measure(ground, position, 0.05 * i);
+    const std::vector<double> exact = ground.trace(position);
+    const std::vector<float> exact_samples(exact.begin(), exact.end());
+    const DetailsRetention::Result a = noisy.filter(trace);
+    const DetailsRetention::Result b =
+        clean.filter(exact_samples.data(), SyntheticGround::kSamples, trace.sample_interval_s);
+    ASSERT_EQ(a.quality, TraceQuality::kGood);
+    ASSERT_EQ(b.quality, TraceQuality::kGood);
+    if (i < 100) continue;
+    noise += a.noise / 200.0;
+    for (int k = 35; k < SyntheticGround::kSamples; ++k) {  // below the direct wave
+      both += static_cast<double>(a.samples[k]) * b.samples[k];
+      energy += static_cast<double>(a.samples[k]) * a.samples[k];
+      clean_energy += static_cast<double>(b.samples[k]) * b.samples[k];
+    }
+  }
+  EXPECT_GT(noise, 8.0);
+  EXPECT_LT(noise, 15.0);  // the finest details hold some of the reflectors as well
+  EXPECT_GT(both / std::sqrt(energy * clean_energy), 0.97);
+  EXPECT_NEAR(energy / clean_energy, 1.0, 0.25);
+}
+
+TEST(DetailsRetention, FlagsBadTracesAndGoesOn) {
+  const SyntheticGround ground(8);
+  SyntheticRadar radar(9, 60.0);
+  DetailsRetention filter{FilterOptions()};
+  for (int i = 0; i < 20; ++i) filter.filter(radar.measure(ground, 1.0 + 0.03 * i, 0.05 * i));
+  GprTrace dead = radar.measure(ground, 1.6, 1.0);
+  std::fill(dead.samples.begin(), dead.samples.end(), 0.0f);
+  const DetailsRetention::Result bad = filter.filter(dead);
+  EXPECT_EQ(bad.quality, TraceQuality::kDead);
+  EXPECT_EQ(bad.samples, nullptr);
+  EXPECT_NE(filter.filter(radar.measure(ground, 1.63, 1.05)).samples, nullptr);
+}
+
+TEST(DetailsRetention, AllocatesNothingOnceWarm) {
+  if (!counts_allocations()) GTEST_SKIP() << "a sanitizer has the allocator";
+  const SyntheticGround ground(8);
+  SyntheticRadar radar(9, 60.0);
+  std::vector<GprTrace> traces;
+  for (int i = 0; i < 40; ++i) traces.push_back(radar.measure(ground, 1.0 + 0.03 * i, 0.05 * i));
+  std::fill(traces[30].samples.begin(), traces[30].samples.end(), 0.0f);
+  for (const Background background :
+       {Background::kRunning, Background::kWindow, Background::kNone}) {
+    DetailsRetention filter(options_with(background));
+    filter.filter(traces[0]);
+    filter.filter(traces[1]);
+    const std::size_t before = allocation_count();
+    for (const GprTrace& trace : traces) filter.filter(trace);
+    EXPECT_EQ(allocation_count(), before) << name_of(background);
+  }
+}
+
+TEST(DetailsRetention, RefusesSettingsThatContradict) {
+  FilterOptions options;
+  options.background_memory = 0;
+  EXPECT_THROW(DetailsRetention{options}, std::invalid_argument);
+  GprFilterConfig config;
+  config.band_low = 1e9;
+  EXPECT_THROW(DetailsRetention{config}, ConfigError);
 }
 
 }  // namespace

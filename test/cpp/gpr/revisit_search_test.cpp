@@ -19,13 +19,7 @@ constexpr double kNoise = 60.0;
 template <class Place>
 Columns ground(unsigned seed, int count, Place place) {
   const SyntheticGround synthetic(seed);
-  SyntheticRadar radar(seed, 0.0);
-  Columns traces(count, SyntheticGround::kSamples);
-  for (int i = 0; i < count; ++i) {
-    const GprTrace trace = radar.measure(synthetic, 2.0 + place(i) * kSpacing, 0.05 * i);
-    traces.row(i) = Eigen::Map<const Eigen::RowVectorXf>(trace.samples.data(), traces.cols());
-  }
-  return traces;
+  return measured(synthetic, seed, 0.0, count, [&](int i) { return 2.0 + place(i) * kSpacing; });
 }
 
 Columns ground(unsigned seed, int count) {
@@ -38,6 +32,15 @@ Columns noisy(Columns traces, unsigned seed, double noise = kNoise) {
   return traces +
          Columns::NullaryExpr(traces.rows(), traces.cols(), [&] { return normal(random); });
 }
+
+// What is remembered of ground, and the filter learnt from it.
+struct Known {
+  explicit Known(Columns of) : traces(std::move(of)) {}
+  Columns traces;
+  Columns seen = noisy(traces, 1);
+  PatchFilter filter{seen, kSpacing, SyntheticGround::kSampleInterval};
+  Columns memory = filter.apply(seen);
+};
 
 // Drives over `queries` (features, in the order driven) and searches `memory` every 12 columns. The
 // expected place is wrong by `off` columns. place(i): the true column of query i. slip: standard
@@ -78,9 +81,7 @@ Outcome drive(const PatchFilter& filter, const Columns& memory, const Columns& q
 }
 
 TEST(RevisitSearch, GroundSeenBeforeIsFoundInBothDirections) {
-  const Columns traces = ground(1, 601);
-  const PatchFilter filter(noisy(traces, 1), kSpacing, SyntheticGround::kSampleInterval);
-  const Columns memory = filter.apply(noisy(traces, 1));
+  const auto [traces, seen, filter, memory] = Known(ground(1, 601));
   const Columns queries = filter.apply(noisy(traces, 2)).middleRows(100, 400);
   const Outcome forwards = drive(filter, memory, queries, 15, [](double i) { return 100 + i; });
   EXPECT_GT(forwards.found, 20);
@@ -94,9 +95,7 @@ TEST(RevisitSearch, GroundSeenBeforeIsFoundInBothDirections) {
 // Patches that are each a little more alike at one place make it certain in the end, whether it is
 // the right one or not.
 TEST(RevisitSearch, APlaceIsToldFromAPatchOnThatIsClearByItself) {
-  const Columns traces = ground(1, 601);
-  const PatchFilter filter(noisy(traces, 1), kSpacing, SyntheticGround::kSampleInterval);
-  const Columns memory = filter.apply(noisy(traces, 1));
+  const auto [traces, seen, filter, memory] = Known(ground(1, 601));
   const Columns queries = filter.apply(noisy(traces, 2)).middleRows(100, 400);
   const auto place = [](double i) { return 100 + i; };
   const Outcome all = drive(filter, memory, queries, 15, place);
@@ -115,9 +114,7 @@ TEST(RevisitSearch, APlaceIsToldFromAPatchOnThatIsClearByItself) {
 // Beside a place that is certain, only little ground is compared. So after a jump of the odometry
 // the place lies beyond it, and must be found again.
 TEST(RevisitSearch, ACertainPlaceIsGivenUpAfterAJump) {
-  const Columns traces = ground(1, 601);
-  const PatchFilter filter(noisy(traces, 1), kSpacing, SyntheticGround::kSampleInterval);
-  const Columns memory = filter.apply(noisy(traces, 1));
+  const auto [traces, seen, filter, memory] = Known(ground(1, 601));
   const auto place = [](double i) { return i < 150 ? 20 + i : 120 + i; };  // a jump of 2 m
   const Columns queries = filter.apply(noisy(ground(1, 400, place), 2));
   const Outcome outcome = drive(filter, memory, queries, 0, place, 0.0, 4.0);
@@ -128,9 +125,7 @@ TEST(RevisitSearch, ACertainPlaceIsGivenUpAfterAJump) {
 }
 
 TEST(RevisitSearch, OtherGroundIsNotFound) {
-  const Columns traces = noisy(ground(1, 601), 1);
-  const PatchFilter filter(traces, kSpacing, SyntheticGround::kSampleInterval);
-  const Columns memory = filter.apply(traces);
+  const auto [traces, seen, filter, memory] = Known(ground(1, 601));
   const auto place = [](double i) { return 100 + i; };
   for (unsigned seed = 2; seed < 22; ++seed) {
     const Columns other = filter.apply(noisy(ground(seed, 400), seed));
@@ -143,9 +138,7 @@ TEST(RevisitSearch, OtherGroundIsNotFound) {
 // A wheel that slips lays the same ground out over another length. Held, and coming on while the
 // place is known.
 TEST(RevisitSearch, StretchedGroundIsFoundIfTheWheelMaySlip) {
-  const Columns traces = noisy(ground(1, 601), 1);
-  const PatchFilter filter(traces, kSpacing, SyntheticGround::kSampleInterval);
-  const Columns memory = filter.apply(traces);
+  const auto [traces, seen, filter, memory] = Known(ground(1, 601));
   for (const double stretch : {-0.35, 0.22}) {
     const double ratio = std::exp(stretch);
     const auto held = [&](double i) { return 60 + ratio * i; };
@@ -170,9 +163,7 @@ TEST(RevisitSearch, StretchedGroundIsFoundIfTheWheelMaySlip) {
 
 // Where a pass begins to lie on known ground, none of its patch has counted before.
 TEST(RevisitSearch, WhereAPassBeginsIsFoundWithinAPatch) {
-  const Columns traces = ground(1, 801);
-  const PatchFilter filter(noisy(traces, 1), kSpacing, SyntheticGround::kSampleInterval);
-  const Columns memory = filter.apply(noisy(traces, 1));
+  const auto [traces, seen, filter, memory] = Known(ground(1, 801));
   const Columns other = noisy(ground(7, 300), 3),
                 known = noisy(traces.middleRows(300, 400), 2, 12.0 * kNoise);
   Columns queries(700, traces.cols());
@@ -188,9 +179,7 @@ TEST(RevisitSearch, WhereAPassBeginsIsFoundWithinAPatch) {
 
 // Most wheels grip most of the time. A search that knows it finds weak likeness, and slip as well.
 TEST(RevisitSearch, GripIsLikelierThanAnyOneSlip) {
-  const Columns traces = ground(1, 601);
-  const PatchFilter filter(noisy(traces, 1), kSpacing, SyntheticGround::kSampleInterval);
-  const Columns memory = filter.apply(noisy(traces, 1));
+  const auto [traces, seen, filter, memory] = Known(ground(1, 601));
   constexpr double kWeak = 16.0;
   const auto found = [&](double ratio, double grip) {
     int sum = 0;
@@ -216,8 +205,7 @@ TEST(RevisitSearch, RepeatingGroundIsDecidedByItsIrregularStretch) {
   Columns traces(801, one.cols());
   for (int i = 0; i < 801; ++i) traces.row(i) = one.row(100 + i % 25);
   traces.middleRows(400, 40) = one.middleRows(300, 40);
-  const PatchFilter filter(noisy(traces, 1), kSpacing, SyntheticGround::kSampleInterval);
-  const Columns memory = filter.apply(noisy(traces, 1));
+  const auto [plain, seen, filter, memory] = Known(traces);
   const Columns queries = filter.apply(noisy(traces, 2)).middleRows(100, 600);
   const auto place = [](double i) { return 100 + i; };
   for (const int off : {-20, 0, 20}) {

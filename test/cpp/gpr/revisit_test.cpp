@@ -7,6 +7,8 @@
 #include <random>
 #include <stdexcept>
 
+#include "gpr/revisit/band_limit.h"
+#include "gpr/revisit/global_search.h"
 #include "gpr/synthetic_ground.h"
 
 namespace gprodom::gpr {
@@ -18,13 +20,7 @@ constexpr double kNoise = 60.0;
 
 // Traces from `first` m on, `step` m apart (negative: driven the other way).
 Columns drive(const SyntheticGround& ground, double first, double step, int count, unsigned seed) {
-  SyntheticRadar radar(seed, kNoise);
-  Columns traces(count, SyntheticGround::kSamples);
-  for (int i = 0; i < count; ++i) {
-    const GprTrace trace = radar.measure(ground, first + i * step, 0.05 * i);
-    traces.row(i) = Eigen::Map<const Eigen::RowVectorXf>(trace.samples.data(), traces.cols());
-  }
-  return traces;
+  return measured(ground, seed, kNoise, count, [=](int i) { return first + i * step; });
 }
 
 class Revisit : public ::testing::Test {
@@ -171,6 +167,81 @@ TEST(PatchFilter, SlowDriftOfTheReceiverIsRemoved) {
   ASSERT_EQ(swinging.cols(), features.cols());
   const double common = features.cwiseProduct(swinging).sum();
   EXPECT_GT(common, 0.9 * features.norm() * swinging.norm());
+}
+
+Columns drive(unsigned ground, double first, double step, int count, unsigned seed) {
+  return drive(SyntheticGround(ground), first, step, count, seed);
+}
+
+// One run is remembered.
+struct OneRun : testing::Test {
+  OneRun() { search.add_run(0, filter.apply(first)); }
+  const Columns first = drive(1, 1.0, kSpacing, 601, 10);
+  const PatchFilter filter{first, kSpacing, SyntheticGround::kSampleInterval};
+  GlobalSearch search{filter, kSpacing};
+};
+
+// Two runs over different ground; what was driven again is found in the right one, both ways, also
+// by a wheel that stretches it by a hundredth.
+TEST_F(OneRun, FindsAnotherRunThePlaceAndTheDirection) {
+  // Numbers need not follow each other.
+  search.add_run(700, filter.apply(drive(2, 1.0, kSpacing, 501, 11)));
+  for (const int direction : {1, -1}) {
+    for (const double stretch : {1.0, 1.01}) {
+      const double middle = 5.0;  // m: column 200 of the second run
+      const double step = direction * stretch * kSpacing;
+      const Columns query = filter.apply(drive(2, middle - 150 * step, step, 301, 20));
+      const GlobalMatch match = search.find({{query, {}}});
+      EXPECT_TRUE(match.accepted) << match.margin;
+      EXPECT_EQ(match.mirrored, direction < 0);
+      EXPECT_NEAR(match.column, 700 + 200, 6) << direction << " " << stretch;
+    }
+  }
+  for (unsigned seed = 30; seed < 40; ++seed) {
+    const GlobalMatch match =
+        search.find({{filter.apply(drive(seed, 2.0, kSpacing, 301, seed)), {}}});
+    EXPECT_TRUE(match.valid);
+    EXPECT_FALSE(match.accepted) << seed << " " << match.margin;
+  }
+}
+
+// Of two queries, one is of other ground. The right one's pulse is ahead by one of the turns tried.
+TEST_F(OneRun, TellsTheQueryThatFitsAndItsTurn) {
+  const Columns wrong = filter.apply(drive(7, 4.0, kSpacing, 401, 20));
+  const Columns right = filter.apply(drive(1, 4.0, kSpacing, 401, 21));
+  const auto turned = [&](const Columns& features, double angle) {
+    return Columns(features * phase_turn(filter.rows(), angle).transpose());
+  };
+  for (const double turn : {0.0, 0.8, -0.8}) {
+    const Columns now = turned(right, turn);
+    const auto asked = [&](const Columns& features) {
+      return GlobalQuery{features, turned(features, -0.5 * M_PI)};
+    };
+    const GlobalMatch match = search.find({asked(wrong), asked(now)});
+    EXPECT_TRUE(match.accepted) << turn << " " << match.margin;
+    EXPECT_EQ(match.query, 1U);
+    EXPECT_EQ(match.turn, turn);
+    EXPECT_NEAR(match.column, 150 + 200, 6) << turn;
+    EXPECT_LT(search.find({{now, {}}}).score, match.score + 0.5);
+  }
+}
+
+// The memory is little longer than the query, which lies half outside of it at most places.
+TEST_F(OneRun, ChanceIsThatOfPlacesThatTheMemoryCovers) {
+  const GlobalMatch match = search.find({{filter.apply(drive(1, 2.0, kSpacing, 451, 20)), {}}});
+  EXPECT_GT(match.margin, 3.0);
+}
+
+TEST(GlobalSearch, MatchIsInvalidIfNothingCanBeCompared) {
+  const Columns traces = drive(1, 1.0, kSpacing, 601, 10);
+  const PatchFilter filter(traces, kSpacing, SyntheticGround::kSampleInterval);
+  GlobalSearch search(filter, kSpacing);
+  const Columns query = filter.apply(traces);
+  EXPECT_FALSE(search.find({{query, {}}}).valid);  // nothing is remembered
+  search.add_run(0, query);
+  EXPECT_FALSE(search.find({{query.topRows(150), {}}}).valid);  // too short
+  EXPECT_TRUE(search.find({{query.topRows(300), {}}}).valid);
+  EXPECT_THROW(search.add_run(700, query.leftCols(3)), std::invalid_argument);
 }
 
 }  // namespace

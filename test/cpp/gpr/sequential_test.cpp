@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <functional>
-#include <string>
 
 #include "gpr/allocation_count.h"
 #include "gpr/front_end_factory.h"

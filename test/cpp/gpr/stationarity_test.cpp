@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "gpr/front_end_factory.h"
+#include "gpr/motion/window_statistics.h"
 #include "gpr/synthetic_ground.h"
 #include "gprodom/error.h"
 
@@ -99,9 +100,13 @@ Outcome judge(const std::vector<Standstill>& claims, double known = 0.0, double 
   return outcome;
 }
 
-TEST(Stationarity, ReportsStandstillsOnly) {
+Outcome outcome_of(const Scene& scene) {
   StationarityFrontEnd front_end(kWindow);
-  const Outcome outcome = judge(run({}, front_end));
+  return judge(run(scene, front_end), scene.start);
+}
+
+TEST(Stationarity, ReportsStandstillsOnly) {
+  const Outcome outcome = outcome_of({});
   EXPECT_GT(outcome.recall, 0.95);
   EXPECT_LT(outcome.unseen_motion, 2e-3);
 }
@@ -146,9 +151,7 @@ TEST(Stationarity, LearnsTheNoiseLevelWhateverTheGain) {
 TEST(Stationarity, FindsStandstillsAfterAMovingStart) {
   Scene scene;
   scene.start = 5.0;
-  StationarityFrontEnd front_end(kWindow);
-  const std::vector<Standstill> claims = run(scene, front_end);
-  const Outcome outcome = judge(claims, scene.start);
+  const Outcome outcome = outcome_of(scene);
   EXPECT_GT(outcome.recall, 0.95);
   EXPECT_LT(outcome.unseen_motion, 2e-3);
 }
@@ -187,8 +190,7 @@ TEST(Stationarity, LeavesOutASpikedTrace) {
     if (i % 40 != 13) return;
     for (int k = 40; k < 120; ++k) trace.samples[k] += k % 5 == 0 ? 8000.0f : -3000.0f;
   };
-  StationarityFrontEnd front_end(kWindow);
-  const Outcome outcome = judge(run(scene, front_end));
+  const Outcome outcome = outcome_of(scene);
   EXPECT_GT(outcome.recall, 0.9);
   EXPECT_LT(outcome.unseen_motion, 2e-3);
 }
@@ -197,8 +199,7 @@ TEST(Stationarity, WorksAtOtherTraceRates) {
   for (const double step : {0.1, 0.01}) {
     Scene scene;
     scene.step = step;
-    StationarityFrontEnd front_end(kWindow);
-    const Outcome outcome = judge(run(scene, front_end));
+    const Outcome outcome = outcome_of(scene);
     EXPECT_GT(outcome.recall, 0.9) << step;
     EXPECT_LT(outcome.unseen_motion, 4e-3) << step;
   }
@@ -278,6 +279,30 @@ TEST(FrontEnd, IsMadeForEveryChoiceButNone) {
     config.front_end = *find_choice<FrontEndKind>(name);
     EXPECT_EQ(make_front_end(config) == nullptr, config.front_end == FrontEndKind::kNone) << name;
   }
+}
+
+// It keeps what depends on the samples used alone. A window with other ones must not get that.
+TEST(WindowAnalyser, DoesNotDependOnTheWindowsBefore) {
+  constexpr int kSamples = 120, kTraces = 9;
+  const Eigen::MatrixXf traces = Eigen::MatrixXf::Random(kSamples, kTraces);
+  const Eigen::VectorXf weight = Eigen::VectorXf::Ones(kTraces);
+  const Eigen::VectorXf all = Eigen::VectorXf::Ones(kSamples);
+  Eigen::VectorXf some = all;
+  some.head(30).setZero();
+  WindowAnalyser used_before;
+  for (const auto& used : {all, all, some, all, some, some}) {
+    WindowAnalyser fresh;
+    const WindowStatistics now = used_before.analyse(traces, weight, used);
+    const WindowStatistics expected = fresh.analyse(traces, weight, used);
+    EXPECT_EQ(now.samples, expected.samples);
+    EXPECT_EQ(now.variance, expected.variance);
+    EXPECT_EQ(now.trend, expected.trend);
+    EXPECT_EQ(now.white_samples, expected.white_samples);
+  }
+  // Of another length, too.
+  const WindowStatistics shorter = used_before.analyse(traces.topRows(100), weight, all.head(100));
+  EXPECT_EQ(shorter.variance,
+            WindowAnalyser().analyse(traces.topRows(100), weight, all.head(100)).variance);
 }
 
 }  // namespace

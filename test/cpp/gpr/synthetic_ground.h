@@ -1,6 +1,7 @@
 // A made-up line of ground and an antenna over it, for tests of the radar parts.
 #pragma once
 
+#include <Eigen/Core>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -82,5 +83,19 @@ class SyntheticRadar {
   double noise_, gain_;
   std::int64_t seq_ = 0;
 };
+
+// `count` traces as rows, the i-th at place(i) m.
+template <class Place>
+Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> measured(
+    const SyntheticGround& ground, unsigned seed, double noise, int count, Place place) {
+  SyntheticRadar radar(seed, noise);
+  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> traces(
+      count, SyntheticGround::kSamples);
+  for (int i = 0; i < count; ++i) {
+    const GprTrace trace = radar.measure(ground, place(i), 0.05 * i);
+    traces.row(i) = Eigen::Map<const Eigen::RowVectorXf>(trace.samples.data(), traces.cols());
+  }
+  return traces;
+}
 
 }  // namespace gprodom::gpr
