@@ -5,7 +5,6 @@
 #include <ceres/autodiff_cost_function.h>
 #include <gtest/gtest.h>
 
-#include <functional>
 #include <random>
 #include <typeinfo>
 
@@ -13,6 +12,7 @@
 #include "estimation/kernels/so3.h"
 #include "estimation/marginal_prior.h"
 #include "estimation/state_manifold.h"
+#include "support/derivative.h"
 #include "support/noise.h"
 
 namespace gprodom {
@@ -54,19 +54,9 @@ class Random {
   std::mt19937 engine_;
 };
 
-// Central differences of fourth order.
-MatrixXd numeric(const std::function<VectorXd(const StateVector&)>& f, Eigen::Index rows) {
-  MatrixXd J(rows, kStateDim);
-  for (int k = 0; k < kStateDim; ++k) {
-    const double h = 1e-3;
-    auto at = [&](double x) {
-      StateVector d = StateVector::Zero();
-      d[k] = x;
-      return f(d);
-    };
-    J.col(k) = (8 * (at(h) - at(-h)) - (at(2 * h) - at(-2 * h))) / (12 * h);
-  }
-  return J;
+template <class F>
+MatrixXd numeric(const F& f) {
+  return numeric_jacobian(kStateDim, 1e-3, f);
 }
 
 void expect_same(const MatrixXd& analytic, const MatrixXd& n, const char* what) {
@@ -86,11 +76,9 @@ void check(const Factor& factor, const NavState& a, const NavState& b) {
     factor.evaluate(x, y, v, nullptr, nullptr);
     return VectorXd(v);
   };
-  expect_same(Ja,
-              numeric([&](const StateVector& d) { return residual(retract(a, d), b); }, r.size()),
+  expect_same(Ja, numeric([&](const StateVector& d) { return residual(retract(a, d), b); }),
               "earlier state");
-  expect_same(Jb,
-              numeric([&](const StateVector& d) { return residual(a, retract(b, d)); }, r.size()),
+  expect_same(Jb, numeric([&](const StateVector& d) { return residual(a, retract(b, d)); }),
               "later state");
 
   // These may be, or are, of the place itself.
@@ -203,15 +191,13 @@ TEST(Factors, PriorJacobians) {
     MatrixXd J;
     prior.evaluate(x, r, &J);
     for (int k = 0; k < 2; ++k) {
-      const MatrixXd n = numeric(
-          [&](const StateVector& d) {
-            NavState y[2] = {x[0], x[1]};
-            y[k] = retract(x[k], d);
-            VectorXd v;
-            prior.evaluate(y, v, nullptr);
-            return v;
-          },
-          r.size());
+      const MatrixXd n = numeric([&](const StateVector& d) {
+        NavState y[2] = {x[0], x[1]};
+        y[k] = retract(x[k], d);
+        VectorXd v;
+        prior.evaluate(y, v, nullptr);
+        return v;
+      });
       expect_same(J.middleCols<kStateDim>(k * kStateDim), n, "prior");
     }
   }
@@ -284,13 +270,11 @@ TEST(StateManifold, IsTheChartOfTheStates) {
 
     ParameterJacobian plus;
     ASSERT_TRUE(manifold.PlusJacobian(at_x.data(), plus.data()));
-    const MatrixXd n = numeric(
-        [&](const StateVector& e) {
-          StateParameters moved;
-          manifold.Plus(at_x.data(), e.data(), moved.data());
-          return VectorXd(Eigen::Map<const VectorXd>(moved.data(), ambient::kSize));
-        },
-        ambient::kSize);
+    const MatrixXd n = numeric([&](const StateVector& e) {
+      StateParameters moved;
+      manifold.Plus(at_x.data(), e.data(), moved.data());
+      return VectorXd(Eigen::Map<const VectorXd>(moved.data(), ambient::kSize));
+    });
     expect_same(plus, n, "Plus");
     Eigen::Matrix<double, kStateDim, ambient::kSize, Eigen::RowMajor> minus;
     ASSERT_TRUE(manifold.MinusJacobian(at_x.data(), minus.data()));

@@ -8,12 +8,14 @@
 #include <vector>
 
 #include "estimation/kernels/so3.h"
+#include "support/derivative.h"
 
 namespace gprodom {
 namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Vector9d = Eigen::Matrix<double, 9, 1>;
 
 struct Sample {
@@ -100,22 +102,11 @@ TEST(ImuPreintegration, CovarianceEqualsNumericPropagation) {
       m.move(sample, kDt, kParts);
       return next.to(m);
     };
-    Matrix9d F;
-    Eigen::Matrix<double, 9, 6> G;
-    const double h = 1e-3;
-    for (int k = 0; k < 9; ++k) {
-      auto at = [&](double x) { return response(x * Vector9d::Unit(k), s); };
-      F.col(k) = (8 * (at(h) - at(-h)) - (at(2 * h) - at(-2 * h))) / (12 * h);
-    }
-    for (int k = 0; k < 6; ++k) {
-      auto at = [&](double x) {
-        Sample other = s;
-        (k < 3 ? other.rate : other.force)[k % 3] += x;
-        return response(Vector9d::Zero(), other);
-      };
-      const double g = 0.1;
-      G.col(k) = (8 * (at(g) - at(-g)) - (at(2 * g) - at(-2 * g))) / (12 * g);
-    }
+    const Matrix9d F =
+        numeric_jacobian(9, 1e-3, [&](const Vector9d& error) { return response(error, s); });
+    const Eigen::Matrix<double, 9, 6> G = numeric_jacobian(6, 0.1, [&](const Vector6d& d) {
+      return response(Vector9d::Zero(), {s.force + d.tail<3>(), s.rate + d.head<3>()});
+    });
     Eigen::Matrix<double, 6, 1> q;
     q << Vector3d::Constant(kNoise.gyro_density), force_density();
     q = (q.cwiseAbs2() / kDt).eval();
@@ -166,20 +157,21 @@ TEST(ImuPreintegration, BiasDerivativesEqualIntegratingAgain) {
   };
   const Vector3d zero = Vector3d::Zero();
   const ImuPreintegration p = integrate(zero, zero);
-  for (int k = 0; k < 3; ++k) {
-    const double h = 1e-4;
-    const Vector3d b = h * Vector3d::Unit(k);
-    const auto gp = integrate(b, zero).delta(), gm = integrate(-b, zero).delta();
-    const auto ap = integrate(zero, b).delta(), am = integrate(zero, -b).delta();
-    const Vector3d dq =
-        (so3::log(p.delta().q.conjugate() * gp.q) - so3::log(p.delta().q.conjugate() * gm.q)) /
-        (2 * h);
-    EXPECT_LT((dq - p.dq_dbg().col(k)).norm(), 1e-6 * p.dq_dbg().norm());
-    EXPECT_LT(((gp.v - gm.v) / (2 * h) - p.dv_dbg().col(k)).norm(), 1e-6 * p.dv_dbg().norm());
-    EXPECT_LT(((gp.p - gm.p) / (2 * h) - p.dp_dbg().col(k)).norm(), 1e-6 * p.dp_dbg().norm());
-    EXPECT_LT(((ap.v - am.v) / (2 * h) - p.dv_dba().col(k)).norm(), 1e-6 * p.dv_dba().norm());
-    EXPECT_LT(((ap.p - am.p) / (2 * h) - p.dp_dba().col(k)).norm(), 1e-6 * p.dp_dba().norm());
-  }
+  const auto moved = [&](const Vector3d& bg, const Vector3d& ba) {
+    const auto d = integrate(bg, ba).delta();
+    Vector9d e;
+    e << so3::log(p.delta().q.conjugate() * d.q), d.v, d.p;
+    return e;
+  };
+  const Eigen::MatrixXd by_bg =
+      numeric_jacobian(3, 1e-4, [&](const Vector3d& b) { return moved(b, zero); });
+  const Eigen::MatrixXd by_ba =
+      numeric_jacobian(3, 1e-4, [&](const Vector3d& b) { return moved(zero, b); });
+  EXPECT_LT((by_bg.topRows(3) - p.dq_dbg()).norm(), 1e-6 * p.dq_dbg().norm());
+  EXPECT_LT((by_bg.middleRows(3, 3) - p.dv_dbg()).norm(), 1e-6 * p.dv_dbg().norm());
+  EXPECT_LT((by_bg.bottomRows(3) - p.dp_dbg()).norm(), 1e-6 * p.dp_dbg().norm());
+  EXPECT_LT((by_ba.middleRows(3, 3) - p.dv_dba()).norm(), 1e-6 * p.dv_dba().norm());
+  EXPECT_LT((by_ba.bottomRows(3) - p.dp_dba()).norm(), 1e-6 * p.dp_dba().norm());
 }
 
 }  // namespace

@@ -5,6 +5,8 @@
 
 #include <Eigen/Geometry>
 
+#include "support/derivative.h"
+
 namespace gprodom {
 namespace {
 
@@ -49,16 +51,9 @@ TEST(TurnedAxes, CovarianceFollowsTheDerivatives) {
   x.q_odom_body = Quaterniond(AngleAxisd(0.8, Vector3d::UnitZ()));
   const Matrix3d turn = AngleAxisd(1.9, Vector3d::UnitZ()).toRotationMatrix();
   const CarriedState at = with_turned_axes({x, StateMatrix::Identity()}, turn);
-  constexpr double kStep = 1e-6;
-  StateMatrix J;
-  for (int k = 0; k < kStateDim; ++k) {
-    const StateVector d = kStep * StateVector::Unit(k);
-    const auto moved = [&](double sign) {
-      return local(at.state,
-                   with_turned_axes({retract(x, sign * d), StateMatrix::Identity()}, turn).state);
-    };
-    J.col(k) = (moved(1) - moved(-1)) / (2 * kStep);
-  }
+  const StateMatrix J = numeric_jacobian(kStateDim, 1e-4, [&](const StateVector& d) {
+    return local(at.state, with_turned_axes({retract(x, d), StateMatrix::Identity()}, turn).state);
+  });
   StateMatrix P = StateMatrix::Identity();
   P.diagonal() << 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16;
   const StateMatrix numeric = J * P * J.transpose();
