@@ -84,6 +84,15 @@ class SyntheticRadar {
   std::int64_t seq_ = 0;
 };
 
+// A trace without echoes.
+inline GprTrace flat_trace(TimeNs time, std::size_t samples = 201, double interval_s = 2e-10) {
+  GprTrace trace;
+  trace.time = time;
+  trace.sample_interval_s = interval_s;
+  trace.samples.assign(samples, 1.0F);
+  return trace;
+}
+
 // `count` traces as rows, the i-th at place(i) m.
 template <class Place>
 Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> measured(

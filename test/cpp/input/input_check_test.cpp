@@ -27,6 +27,11 @@ GprTrace trace_of(int antenna, TimeNs time) {
   return trace;
 }
 
+ImuSample imu_at(TimeNs time, const Eigen::Vector3d& acceleration,
+                 const Eigen::Vector3d& rate = Eigen::Vector3d::Zero()) {
+  return {time, acceleration, rate};
+}
+
 class TwoAntennas : public ::testing::Test {
  protected:
   void use(const std::vector<std::string>& settings) {
@@ -35,12 +40,7 @@ class TwoAntennas : public ::testing::Test {
   }
   bool accepts(InputMessage message) { return check_->accept(message); }
   // The IMU comes first: it is the clock.
-  void start(TimeNs time) {
-    ImuSample imu;
-    imu.time = time;
-    imu.acceleration.z() = 9.8;
-    ASSERT_TRUE(accepts(imu));
-  }
+  void start(TimeNs time) { ASSERT_TRUE(accepts(imu_at(time, {0, 0, 9.8}))); }
   double count(const std::string& what) {
     const Status status = health_.status(0);
     for (std::size_t i = 0; i < status.names.size(); ++i)
@@ -165,11 +165,9 @@ TEST_F(TwoAntennas, TheOtherOneIsFollowedWhileTheFirstIsGone) {
   const auto followed_after = [&](double from_s, double to_s, bool first_sends) {
     for (double t = from_s + 0.01; t < to_s; t += 0.05) {
       const TimeNs time = begin_ + from_seconds(t);
-      ImuSample imu;  // noise: equal values are refused
-      imu.time = time;
-      imu.acceleration = {0.01 * std::sin(70 * t), 0.01 * std::sin(50 * t), 9.8};
-      imu.angular_velocity = {0.01 * std::sin(60 * t), 0, 0};
-      EXPECT_TRUE(accepts(imu));
+      // Noise: equal values are refused.
+      const Eigen::Vector3d noise(0.01 * std::sin(70 * t), 0.01 * std::sin(50 * t), 0);
+      EXPECT_TRUE(accepts(imu_at(time, noise + Eigen::Vector3d(0, 0, 9.8), noise)));
       EXPECT_EQ(first_sends && accepts(trace_of(0, time)), first_sends);
       EXPECT_TRUE(accepts(trace_of(1, time)));
     }
@@ -195,10 +193,7 @@ TEST(FixOutage, IsToldAfterASecondOfMessagesWithoutAPositionAndIsOverWithTheNext
   int ticks = 0;  // of the IMU, the clock, 100 a second
   const auto told_after = [&](double seconds, FixQuality quality) {
     for (; ticks <= 100 * seconds; ++ticks) {
-      ImuSample imu;
-      imu.time = begin + ticks * 10'000'000L;
-      imu.acceleration.z() = 9.8 + 1e-3 * (ticks % 7);
-      InputMessage clock = imu;
+      InputMessage clock = imu_at(begin + ticks * 10'000'000L, {0, 0, 9.8 + 1e-3 * (ticks % 7)});
       EXPECT_TRUE(check.accept(clock));
     }
     PositionFix fix;

@@ -1,3 +1,4 @@
+// Faulty sensors must be detected, and a coarse sensor must not be reported as broken.
 #include "input/sensor_watch.h"
 
 #include <gtest/gtest.h>
@@ -7,6 +8,7 @@
 #include <functional>
 #include <random>
 
+#include "gpr/synthetic_ground.h"
 #include "input/clock_watch.h"
 #include "input/trace_format_watch.h"
 #include "support/noise.h"
@@ -14,7 +16,6 @@
 namespace gprodom {
 namespace {
 
-// Faulty sensors must be detected, and a coarse sensor must not be reported as broken.
 // Acceleration and rates of a robot that drives, at 200 Hz.
 class DrivingImu {
  public:
@@ -100,8 +101,7 @@ TEST(GapWatch, MissingMessagesAreReportedAndJitterIsNot) {
 
 // A radar that hangs before anything is known of its noise; the wheel counts on.
 TEST(TraceWatch, TheSameTraceAllAlongIsStuckOnceTheRobotHasDriven) {
-  GprTrace trace;
-  trace.samples.assign(201, 7.0f);
+  GprTrace trace = gpr::flat_trace(0);
   TraceWatch watch;
   for (double wheel_m = 50.0; wheel_m < 55.0; wheel_m += 0.3)
     EXPECT_EQ(watch.check(trace, wheel_m).empty(), wheel_m < 50.0 + TraceWatch::kGoesFar)
@@ -112,8 +112,7 @@ TEST(TraceWatch, TheSameTraceAllAlongIsStuckOnceTheRobotHasDriven) {
 
 // Of one without noise, as a simulated one: equal traces are no fault while the robot stands.
 TEST(TraceWatch, TheSameTraceAtAStandstillIsNotStuck) {
-  GprTrace trace;
-  trace.samples.assign(201, 7.0f);
+  GprTrace trace = gpr::flat_trace(0);
   TraceWatch watch;
   for (int i = 0; i < 1000; ++i) EXPECT_EQ(watch.check(trace, 50.0 + 0.001 * (i % 3)), "");
 }
@@ -171,10 +170,7 @@ TEST(ClockWatch, StampsThatRestartAreJudgedAnew) {
 }
 
 GprTrace trace(std::size_t samples, double interval_s) {
-  GprTrace t;
-  t.samples.assign(samples, 1.0f);
-  t.sample_interval_s = interval_s;
-  return t;
+  return gpr::flat_trace(0, samples, interval_s);
 }
 
 TEST(TraceFormatWatch, SingleOddTraceIsDroppedAndANewSettingIsFollowed) {
