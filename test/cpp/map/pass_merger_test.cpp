@@ -98,12 +98,6 @@ std::vector<std::size_t> all_of(std::size_t first, std::size_t count) {
   return numbers;
 }
 
-TEST(PassMerger, NewGroundStays) {
-  Track track;
-  track.drive(1000, {});
-  EXPECT_EQ(track.nodes.size(), 1000U);
-}
-
 TEST(PassMerger, NodesOverTheSameGroundAreBounded) {
   Track track;
   track.drive(20, {});

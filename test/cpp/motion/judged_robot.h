@@ -27,6 +27,13 @@ inline gpr::Standstill stood(double from, double to) {
   return {from_seconds(from), from_seconds(to), "radar", 1e-3, 1.0};
 }
 
+// What the wheel has rolled in the interval.
+inline double rolled_m(const StateInput& input) {
+  double sum = 0.0;
+  for (const MotionStep& step : input.steps) sum += step.wheel_m;
+  return sum;
+}
+
 // A robot whose sensors say what the test sets, and whose states and estimates are exact.
 class Robot {
  public:

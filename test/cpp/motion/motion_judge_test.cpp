@@ -18,14 +18,13 @@ TEST(MotionJudge, AnswersForTheWholeInterval) {
   robot.drive(5);
   const StateInput input = robot.next();
   EXPECT_EQ(input.time, from_seconds(robot.now()));
-  double seconds = 0, wheel_m = 0;
+  double seconds = 0;
   for (const MotionStep& step : input.steps) {
     seconds += step.dt;
-    wheel_m += step.wheel_m;
     EXPECT_FALSE(step.bridged);
   }
   EXPECT_NEAR(seconds, to_seconds(kInterval), 1e-9);
-  EXPECT_NEAR(wheel_m, kSpeed * to_seconds(kInterval), 1e-9);
+  EXPECT_NEAR(rolled_m(input), kSpeed * to_seconds(kInterval), 1e-9);
   EXPECT_TRUE(input.has_wheel);
   EXPECT_FALSE(input.standing);
   EXPECT_FALSE(input.wheel_contradicted);
@@ -274,9 +273,7 @@ TEST(MotionJudge, AWheelSilentWithTheImuHasCountedOn) {
     robot.judge.add(WheelSample{to, 3.0 + kSpeed * (0.6 + 0.4)});
     const StateInput input = robot.judge.judge(to);
     EXPECT_EQ(input.has_wheel, !imu_speaks);
-    double wheel_m = 0;
-    for (const MotionStep& step : input.steps) wheel_m += step.wheel_m;
-    EXPECT_NEAR(wheel_m, imu_speaks ? 0.0 : 0.4 * kSpeed, 1e-9);
+    EXPECT_NEAR(rolled_m(input), imu_speaks ? 0.0 : 0.4 * kSpeed, 1e-9);
     EXPECT_EQ(input.steps.back().bridged, !imu_speaks);
   }
 }

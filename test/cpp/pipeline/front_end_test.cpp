@@ -128,17 +128,13 @@ TEST(AnotherProcess, ItsMotionReachesItsStateWithinTheReorderWindowAndIsCountedB
 
 // A Standstill is not a displacement of 0: it stands against the wheel.
 TEST(OwnFrontEnd, ItsStandstillHoldsAgainstAWheelThatSpins) {
-  GprTrace trace;
-  trace.sample_interval_s = 2e-10;
-  trace.samples.assign(201, 1.0F);
   std::vector<Input> spinning;
   for (Input& input : standing(20.0)) {
-    trace.time = time_of(input);
     auto* wheel = std::get_if<WheelSample>(&input);
-    const double since = std::max(0.0, to_seconds(trace.time - kDriveStart) - 8.0);
+    const double since = std::max(0.0, to_seconds(time_of(input) - kDriveStart) - 8.0);
     if (wheel) wheel->distance_m = 0.01 * since * since;
     spinning.push_back(input);
-    if (wheel) spinning.emplace_back(trace);
+    if (wheel) spinning.emplace_back(gpr::flat_trace(wheel->time));
   }
   const auto stands = [](TimeNs tick) {
     gpr::Standstill standstill;

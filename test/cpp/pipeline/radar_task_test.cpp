@@ -3,12 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 #include <sstream>
 
 #include "config/config_keys.h"
 #include "config/config_value.h"
+#include "gpr/synthetic_ground.h"
 #include "gprodom/error.h"
+#include "support/noise.h"
 
 namespace gprodom {
 namespace {
@@ -18,15 +19,9 @@ std::vector<std::string> notes_after(double seconds, std::size_t samples, double
   GprConfig config;
   config.front_end = FrontEndKind::kStationarity;
   RadarTask task(config);
-  GprTrace trace;
-  trace.time = from_seconds(100);
-  trace.samples.assign(201, 1.0F);
-  trace.sample_interval_s = 2e-10;
-  EXPECT_TRUE(task.run({trace}, trace.time).notes.empty());
-  trace.time += from_seconds(seconds);
-  trace.samples.assign(samples, 1.0F);
-  trace.sample_interval_s = interval_s;
-  return task.run({trace}, trace.time).notes;
+  const TimeNs first = from_seconds(100), next = first + from_seconds(seconds);
+  EXPECT_TRUE(task.run({gpr::flat_trace(first)}, first).notes.empty());
+  return task.run({gpr::flat_trace(next, samples, interval_s)}, next).notes;
 }
 
 TEST(RadarTask, NewRadarSettingOrGapResetsTheFrontEnd) {
@@ -60,11 +55,8 @@ class Counter : public gpr::FrontEnd {
 TEST(RadarTask, AStopBetweenTracesByDistanceResetsNothing) {
   Counts counts;
   RadarTask task({}, [&] { return std::make_unique<Counter>(counts); });
-  GprTrace trace;
-  trace.samples.assign(201, 1.0F);
-  trace.sample_interval_s = 2e-10;
   for (const double seconds : {100.0, 100.1, 160.0}) {
-    trace.time = from_seconds(seconds);
+    const GprTrace trace = gpr::flat_trace(from_seconds(seconds));
     const RadarAnswer answer = task.run({trace}, trace.time, 0, {}, Trigger::kDistance);
     EXPECT_TRUE(answer.notes.empty());
     EXPECT_EQ(answer.findings.size(), 1U) << "a front end of another maker decides itself";
@@ -78,17 +70,12 @@ TEST(RadarTask, AStopBetweenTracesByDistanceResetsNothing) {
 TEST(RadarTask, OursSaysNothingOfTracesThatDoNotComeByTime) {
   const auto findings = [](Trigger trigger) {
     RadarTask task(GprConfig{});
-    std::mt19937 random(1);
-    std::normal_distribution<float> normal;
-    GprTrace trace;
-    trace.sample_interval_s = 2e-10;
+    Noise noise(1);
     std::size_t found = 0;
     for (int i = 0; i < 200; ++i) {
-      trace.time = from_seconds(100) + 50'000'000 * static_cast<TimeNs>(i);
-      trace.samples.clear();
+      GprTrace trace = gpr::flat_trace(from_seconds(100) + 50'000'000 * static_cast<TimeNs>(i));
       for (int k = 0; k < 201; ++k)
-        trace.samples.push_back(2000.0F * std::sin(0.3F * static_cast<float>(k)) +
-                                20.0F * normal(random));
+        trace.samples[k] = static_cast<float>(2000.0 * std::sin(0.3 * k) + noise(20.0));
       found += task.run({trace}, trace.time, 0, {}, trigger).findings.size();
     }
     return found;
@@ -102,10 +89,7 @@ TEST(RadarTask, TracesOfAnotherAntennaResetTheFrontEnd) {
   GprConfig config;
   config.front_end = FrontEndKind::kStationarity;
   RadarTask task(config);
-  GprTrace trace;
-  trace.time = from_seconds(100);
-  trace.samples.assign(201, 1.0F);
-  trace.sample_interval_s = 2e-10;
+  GprTrace trace = gpr::flat_trace(from_seconds(100));
   EXPECT_TRUE(task.run({trace}, trace.time).notes.empty());
   trace.antenna_id = 1;
   trace.time += from_seconds(0.05);
@@ -118,18 +102,13 @@ TEST(RadarTask, TracesOfAnotherAntennaResetTheFrontEnd) {
 // windows. Throws what the front end throws.
 void run_over_ground(const GprConfig& config) {
   RadarTask task(config);
-  std::mt19937 random(1);
-  std::normal_distribution<float> normal;
-  GprTrace trace;
-  trace.sample_interval_s = 2e-10;
-  trace.samples.assign(201, 0.0F);
+  Noise noise(1);
   TimeNs now = from_seconds(100);
   for (int tick = 0; tick < 20; ++tick) {
     std::vector<GprTrace> traces;
     for (int i = 0; i < 3; ++i) {
-      for (float& sample : trace.samples) sample = 100.0F * normal(random);
-      trace.time = now += tick < 8 ? 900'000'000 : 33'000'000;
-      traces.push_back(trace);
+      traces.push_back(gpr::flat_trace(now += tick < 8 ? 900'000'000 : 33'000'000));
+      for (float& sample : traces.back().samples) sample = static_cast<float>(noise(100.0));
     }
     task.run(traces, now);
   }
