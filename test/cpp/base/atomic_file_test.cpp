@@ -134,9 +134,7 @@ TEST_F(AtomicFileTest, FileSetAsideGetsTheFirstFreeName) {
     const std::string kept = folder_ / ("a.kept-" + std::to_string(number) + ".map");
     EXPECT_EQ(set_aside(path, false), kept);
     EXPECT_FALSE(fs::exists(path));
-    std::string bytes;
-    EXPECT_TRUE(read_whole(kept, bytes));
-    EXPECT_EQ(bytes, std::to_string(number));
+    EXPECT_EQ(bytes_of(kept), std::to_string(number));
   }
 }
 
@@ -149,9 +147,7 @@ TEST_F(AtomicFileTest, FileThatKeepsItsNameGetsOneMoreAlone) {
   EXPECT_TRUE(fs::exists(path));
   EXPECT_EQ(set_aside(path, true), kept);
   write_whole(path, "after");
-  std::string bytes;
-  EXPECT_TRUE(read_whole(kept, bytes));
-  EXPECT_EQ(bytes, "before");
+  EXPECT_EQ(bytes_of(kept), "before");
   EXPECT_NE(set_aside(path, true), kept);
 }
 

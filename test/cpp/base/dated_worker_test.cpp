@@ -107,22 +107,18 @@ TEST(DatedWorker, WhatWaitsBehindADroppedJobIsNotRun) {
     ++begun;
     return work();
   });
-  for (const int late : {20, 30}) {
-    worker.submit(late, [&begun, late] {
+  for (const int effective : {20, 30, 40}) {
+    worker.submit(effective, [&begun, effective] {
       ++begun;
-      return late;
+      return effective;
     });
   }
-  worker.submit(40, [&begun] {
-    ++begun;
-    return 4;
-  });
   EXPECT_EQ(worker.drop_late(22), 3U);
   EXPECT_LE(worker.waiting(), 2U);  // the one that runs may not have begun
   held.let_go();
   worker.drain();
   EXPECT_LE(begun, 2);
-  expect_result(worker.next_due(50), 40, 4);
+  expect_result(worker.next_due(50), 40, 40);
 }
 
 TEST(DatedWorker, ExceptionOfADroppedJobIsDropped) {

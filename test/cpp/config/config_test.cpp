@@ -325,16 +325,9 @@ TEST(Config, DescriptionReadsBackEqual) {
   EXPECT_EQ(changes[1].after, "0.9734567890123456");
 }
 
-std::string source_file(const std::string& path) {
-  std::ifstream file(std::string(GPRODOM_SOURCE_DIR) + "/" + path);
-  EXPECT_TRUE(file.good()) << path;
-  std::stringstream content;
-  content << file.rdbuf();
-  return content.str();
-}
-
 TEST(Config, FileInConfigFolderIsTheDescription) {
-  EXPECT_EQ(source_file("config/gprodom.yaml"), describe_config(Config()))
+  EXPECT_EQ(bytes_of(std::string(GPRODOM_SOURCE_DIR) + "/config/gprodom.yaml"),
+            describe_config(Config()))
       << "write it anew: gprodomd --print-config > config/gprodom.yaml";
 }
 

@@ -80,9 +80,7 @@ TEST_P(FixedLagSmootherTest, EqualsTheBatchOnALinearProblem) {
 
 TEST_P(FixedLagSmootherTest, StatesThatAMeasurementIsStillToReferToStay) {
   NoisyDrive drive;
-  StateVector sigma = StateVector::Constant(0.01);
-  FixedLagSmoother smoother(2.0, {4}, GetParam(), drive.start(),
-                            origin_prior(drive.start(), sigma));
+  FixedLagSmoother smoother = drive.smoother(2.0, {4}, GetParam(), StateVector::Constant(0.01));
   const auto extend = [&](int states, std::optional<TimeNs> since) {
     for (int k = 0; k < states; ++k) {
       drive.extend(smoother);
@@ -103,8 +101,7 @@ TEST_P(FixedLagSmootherTest, StatesThatAMeasurementIsStillToReferToStay) {
 
 TEST_P(FixedLagSmootherTest, PriorGainsNoInformationOnGlobalPositionAndYaw) {
   NoisyDrive drive;
-  FixedLagSmoother smoother(2.0, {4}, GetParam(), drive.start(),
-                            origin_prior(drive.start(), known_start()));
+  FixedLagSmoother smoother = drive.smoother(2.0, {4}, GetParam(), known_start());
   int steps = 0, accepted = 0;
   for (int k = 0; k < 400; ++k) {
     drive.extend(smoother);
@@ -176,8 +173,7 @@ TEST_P(FixedLagSmootherTest, DampingOfTheLastStepAddsNoInformation) {
   for (const bool bent : {false, true}) {
     NoisyDrive drive;
     // The convergence limit is so large that the first accepted step is the last.
-    FixedLagSmoother smoother(10.0, {40, 1e12}, GetParam(), drive.start(),
-                              origin_prior(drive.start(), loose_origin()));
+    FixedLagSmoother smoother = drive.smoother(10.0, {40, 1e12}, GetParam(), loose_origin());
     for (int k = 0; k < 5; ++k) drive.extend(smoother);
     if (bent) smoother.add_factor(3, 4, std::make_shared<RowFactor>(bent_row));
     const SolveSummary summary = smoother.solve();
@@ -191,8 +187,7 @@ TEST_P(FixedLagSmootherTest, DampingOfTheLastStepAddsNoInformation) {
 
 TEST_P(FixedLagSmootherTest, InformationWithoutAMeasurementIsReported) {
   NoisyDrive drive;
-  FixedLagSmoother smoother(1.0, {4}, GetParam(), drive.start(),
-                            origin_prior(drive.start(), loose_origin()));
+  FixedLagSmoother smoother = drive.smoother(1.0, {4}, GetParam(), loose_origin());
   for (int k = 0; k < 60; ++k) {
     drive.extend(smoother);
     if (k == 50) smoother.add_factor(49, 50, std::make_shared<RowFactor>(place_row));
@@ -207,8 +202,7 @@ TEST_P(FixedLagSmootherTest, InformationWithoutAMeasurementIsReported) {
 // A step with a large change of velocity and tilt must not add information on the heading.
 TEST_P(FixedLagSmootherTest, PriorGainsNoInformationAfterMovingFar) {
   NoisyDrive drive;
-  NavState start = drive.start();
-  FixedLagSmoother smoother(1.0, {4}, GetParam(), start, origin_prior(start, loose_origin()));
+  FixedLagSmoother smoother = drive.smoother(1.0, {4}, GetParam(), loose_origin());
   for (int k = 0; k < 30; ++k) {
     drive.extend(smoother);
     if (k == 15)  // a measurement so strong that the whole window follows it
@@ -225,15 +219,14 @@ TEST_P(FixedLagSmootherTest, CovarianceEqualsTheDenseInverse) {
   StateVector sigma;
   sigma << Vector3d::Constant(1e-3), Vector3d::Constant(1e-3), Vector3d::Constant(0.1),
       Vector3d::Constant(1e-3), Vector3d::Constant(0.03), 0.02;
-  const MarginalPrior origin = origin_prior(drive.start(), sigma);
-  FixedLagSmoother kept(1000.0, {20, 1e-9}, GetParam(), drive.start(), origin);
+  FixedLagSmoother kept = drive.smoother(1000.0, {20, 1e-9}, GetParam(), sigma);
   for (int k = 0; k < 12; ++k) drive.extend(kept);
   EXPECT_TRUE(kept.solve().usable);
   const StateMatrix covariance = kept.newest_covariance();
 
   // Marginalising all but the newest state by QR must give the same.
   const NavState newest = kept.newest();
-  FixedLagSmoother same(1e-3, {20, 1e-9}, GetParam(), drive.start(), origin);
+  FixedLagSmoother same = drive.smoother(1e-3, {20, 1e-9}, GetParam(), sigma);
   NoisyDrive again;
   for (int k = 0; k < 12; ++k) again.extend(same);
   EXPECT_TRUE(same.solve().usable);
@@ -265,9 +258,8 @@ void disturb(FixedLagSmoother& smoother, int k) {
 
 TEST(WindowSolvers, BothFindTheSameSolution) {
   NoisyDrive drive, again;
-  const MarginalPrior origin = origin_prior(drive.start(), known_start());
-  FixedLagSmoother by_ceres(2.0, {4}, SolverKind::kCeres, drive.start(), origin);
-  FixedLagSmoother by_chain(2.0, {4}, SolverKind::kChain, drive.start(), origin);
+  FixedLagSmoother by_ceres = drive.smoother(2.0, {4}, SolverKind::kCeres, known_start());
+  FixedLagSmoother by_chain = drive.smoother(2.0, {4}, SolverKind::kChain, known_start());
   for (int k = 0; k < 300; ++k) {
     drive.extend(by_ceres);
     again.extend(by_chain);
@@ -289,9 +281,8 @@ TEST(WindowSolvers, BothFindTheSameSolution) {
 // Ceres keeps blocks in sets that are ordered by address. This must not affect the result.
 TEST(WindowSolvers, RepeatedSolvesAreBitwiseEqual) {
   NoisyDrive drive, again;
-  const MarginalPrior origin = origin_prior(drive.start(), known_start());
-  FixedLagSmoother first(1.0, {4}, SolverKind::kCeres, drive.start(), origin);
-  FixedLagSmoother second(1.0, {4}, SolverKind::kCeres, drive.start(), origin);
+  FixedLagSmoother first = drive.smoother(1.0, {4}, SolverKind::kCeres, known_start());
+  FixedLagSmoother second = drive.smoother(1.0, {4}, SolverKind::kCeres, known_start());
   std::vector<std::unique_ptr<char[]>> elsewhere;
   for (int k = 0; k < 100; ++k) {
     drive.extend(first);
@@ -316,8 +307,7 @@ Row broken_row(const NavState& /*a*/, const NavState& /*b*/) {
 
 TEST_P(FixedLagSmootherTest, FailedSolveDoesNotChangeTheStates) {
   NoisyDrive drive;
-  FixedLagSmoother smoother(2.0, {4}, GetParam(), drive.start(),
-                            origin_prior(drive.start(), known_start()));
+  FixedLagSmoother smoother = drive.smoother(2.0, {4}, GetParam(), known_start());
   for (int k = 0; k < 5; ++k) drive.extend(smoother);
   EXPECT_TRUE(smoother.solve().usable);
   drive.extend(smoother);

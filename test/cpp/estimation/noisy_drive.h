@@ -32,6 +32,11 @@ struct NoisyDrive {
     return x;
   }
 
+  FixedLagSmoother smoother(double lag, const SolverOptions& options, SolverKind kind,
+                            const StateVector& sigma) const {
+    return FixedLagSmoother(lag, options, kind, start(), origin_prior(start(), sigma));
+  }
+
   void extend(FixedLagSmoother& smoother) {
     const NavState last = smoother.newest();
     ImuPreintegration imu(noise, last.gyro_bias, last.accel_bias);

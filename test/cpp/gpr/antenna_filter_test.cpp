@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "gpr/synthetic_ground.h"
@@ -15,13 +16,7 @@ constexpr double kFar = 10.0;  // m, of the ground that is learnt from
 
 // Antenna 1 has another gain, a time zero 1.4 ns later, and another pulse.
 GprTrace as_other(GprTrace trace) {
-  const std::vector<float> samples = trace.samples;
-  const std::size_t shift = 7;
-  for (std::size_t i = shift; i < samples.size(); ++i) {
-    const std::size_t then = i - shift;
-    const float before = then > 0 ? samples[then - 1] : samples[0];
-    trace.samples[i] = 1.6F * (0.8F * samples[then] + 0.6F * (samples[then] - before));
-  }
+  trace = by_other_antenna(std::move(trace), 7);
   trace.antenna_id = 1;
   return trace;
 }

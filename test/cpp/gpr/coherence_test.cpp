@@ -18,18 +18,19 @@ constexpr double kNoise = 60.0;
 struct Span {
   double from, to, lengths;
   bool valid;
+  int unit;
 };
 
-// Stands for 3 s, then goes as `position` says (m, at s since then), to the end of the time. The
-// front end is reset at `reset_at` (s since then), and from then on the traces are shorter.
+// Stands for some seconds, then goes as `position` says (m, at s since then), to the end of the
+// time. The front end is reset at `reset_at` (s since then), and from then on the traces are
+// shorter.
 std::vector<Span> drive(unsigned seed, double seconds,
                         const std::function<double(double)>& position, double gain = 1.0,
-                        double reset_at = 1e6, std::size_t shorter_by = 0) {
+                        double reset_at = 1e6, std::size_t shorter_by = 0, double still = 3.0) {
   const SyntheticGround ground(seed);
   SyntheticRadar radar(seed + 1000, kNoise, gain);
   CoherenceFrontEnd front_end{GprConfig()};
   std::vector<Span> spans;
-  const double still = 3.0;
   for (int i = 0; i < kRate * (still + seconds); ++i) {
     const double t = i / kRate;
     if (i == std::lround(kRate * (still + reset_at))) front_end.reset();
@@ -40,7 +41,7 @@ std::vector<Span> drive(unsigned seed, double seconds,
       for (const Finding& finding : front_end.tick(from_seconds(100 + t))) {
         const auto& path = std::get<PathLength>(finding);
         spans.push_back({to_seconds(path.from) - 100 - still, to_seconds(path.to) - 100 - still,
-                         path.lengths, path.valid});
+                         path.lengths, path.valid, path.unit});
       }
   }
   return spans;
@@ -73,44 +74,34 @@ TEST(Coherence, PathLengthIsIndependentOfSpeedDirectionAndGain) {
   }
 }
 
-// The paths of a drive at 0.4 m/s from 0 to 20 s and from 25 to 45 s. stands: also before it.
-std::vector<PathLength> with_a_stop(bool stands) {
-  const SyntheticGround ground(4);
-  SyntheticRadar radar(1004, kNoise, 1.0);
-  CoherenceFrontEnd front_end{GprConfig()};
-  std::vector<PathLength> paths;
-  for (int i = stands ? -100 : 0; i < kRate * 45; ++i) {
-    const double t = i / kRate, driven_s = std::clamp(t, 0.0, 20.0) + std::max(0.0, t - 25.0);
-    front_end.add_trace(radar.measure(ground, 2 + 0.4 * driven_s, 100 + t));
-    if (i % 2 == 0) continue;
-    for (const Finding& finding : front_end.tick(from_seconds(100 + t)))
-      paths.push_back(std::get<PathLength>(finding));
-  }
-  return paths;
+// A drive at 0.4 m/s from 0 to 20 s and from 25 to 45 s, after so long a standstill.
+std::vector<Span> with_a_stop(double still) {
+  const auto position = [](double t) {
+    return 2 + 0.4 * (std::min(t, 20.0) + std::max(0.0, t - 25.0));
+  };
+  return drive(4, 45, position, 1.0, 1e6, 0, still);
 }
 
 // What is taken for noise contains the motion until the robot stands for the first time.
 TEST(Coherence, UnitIsAnotherAfterTheFirstStopOfADriveThatBeganOnTheMove) {
-  const auto mean = [](const std::vector<PathLength>& paths, double from, double to) {
+  const auto mean = [](const std::vector<Span>& all, double from, double to) {
     double lengths = 0.0, spans = 0.0;
-    for (const PathLength& path : paths) {
-      const double t = to_seconds(path.from) - 100;
-      if (!path.valid || t < from || t > to) continue;
-      lengths += path.lengths;
+    for (const Span& span : all) {
+      if (!span.valid || span.from < from || span.from > to) continue;
+      lengths += span.lengths;
       ++spans;
     }
     return lengths / std::max(1.0, spans);
   };
-  const auto moving = with_a_stop(false), rested = with_a_stop(true);
+  const auto moving = with_a_stop(0.0), rested = with_a_stop(5.0);
   EXPECT_GT(mean(moving, 26, 44), 1.3 * mean(moving, 2, 19)) << "no case of its own";
-  for (const PathLength& path : moving) {
-    const double t = to_seconds(path.from) - 100;
-    if (t < 19 || t > 26) {
-      EXPECT_EQ(path.unit == moving.back().unit, t > 26) << t;
+  for (const Span& span : moving) {
+    if (span.from < 19 || span.from > 26) {
+      EXPECT_EQ(span.unit == moving.back().unit, span.from > 26) << span.from;
     }
   }
   EXPECT_NEAR(mean(rested, 26, 44) / mean(rested, 2, 19), 1.0, 0.15);
-  for (const PathLength& path : rested) EXPECT_EQ(path.unit, rested.front().unit);
+  for (const Span& span : rested) EXPECT_EQ(span.unit, rested.front().unit);
 }
 
 // As after a gap in the traces of a robot that drives on, or with traces of another length.

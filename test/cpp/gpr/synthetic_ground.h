@@ -84,6 +84,16 @@ class SyntheticRadar {
   std::int64_t seq_ = 0;
 };
 
+// The trace as another antenna has it: with another gain, `late` samples later, the pulse turned.
+inline GprTrace by_other_antenna(GprTrace trace, std::size_t late) {
+  const std::vector<float> samples = trace.samples;
+  for (std::size_t i = late + 1; i < samples.size(); ++i) {
+    const float now = samples[i - late], before = samples[i - late - 1];
+    trace.samples[i] = 1.6F * (0.8F * now + 0.6F * (now - before));
+  }
+  return trace;
+}
+
 // A trace without echoes.
 inline GprTrace flat_trace(TimeNs time, std::size_t samples = 201, double interval_s = 2e-10) {
   GprTrace trace;

@@ -4,7 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
+
+#include "support/noise.h"
 
 namespace gprodom {
 namespace {
@@ -24,7 +25,7 @@ double wrapped(double angle) { return std::remainder(angle, 2 * M_PI); }
 class Robot {
  public:
   Robot(unsigned seed, double tilt, bool drives = true)
-      : random_(seed), tilt_(tilt), drives_(drives) {}
+      : normal_(seed), tilt_(tilt), drives_(drives) {}
 
   // 0.2 s at 50 Hz, in axes turned by R_axes_body.
   void move(MountingSearch& search, const Matrix3d& R_axes_body) {
@@ -34,8 +35,8 @@ class Robot {
   // of_force, of_rate: what the accelerometer and the gyro have for axes.
   void move_with(MountingSearch& search, const Matrix3d& of_force, const Matrix3d& of_rate) {
     if (drives_ && state_ % 10 == 0) {
-      wanted_ = 0.5 + 0.4 * normal_(random_);
-      rate_ = 0.3 * normal_(random_);
+      wanted_ = 0.5 + 0.4 * normal_();
+      rate_ = 0.3 * normal_();
     }
     ++state_;
     std::vector<MotionStep> steps;
@@ -43,22 +44,28 @@ class Robot {
       const double faster = wanted_ - speed_;
       speed_ += 0.02 * faster;
       way_ += 0.02 * speed_;
-      for (double* lean : {&pitch_, &roll_})
-        *lean += -0.02 * *lean + 0.2 * tilt_ * normal_(random_);
+      for (double* lean : {&pitch_, &roll_}) *lean += -0.02 * *lean + 0.2 * tilt_ * normal_();
       const Vector3d force(faster - 9.8 * pitch_, speed_ * rate_ + 9.8 * roll_, 9.8);
-      const Vector3d noise(normal_(random_), normal_(random_), normal_(random_));
       MotionStep step;
       step.dt = 0.02;
-      step.acceleration = of_force * (force + 0.05 * noise);
+      step.acceleration = of_force * (force + normal_.vector(0.05));
       step.angular_velocity = of_rate * Vector3d(0, 0, rate_);
       steps.push_back(step);
     }
     search.add(steps, way_, Vector3d::Zero());
   }
 
+  // Drives for so many states. The axes from R on, as the search turns them.
+  Matrix3d drive(MountingSearch& search, Matrix3d R, int states) {
+    for (int state = 0; state < states; ++state) {
+      move(search, R);
+      if (const auto turn = search.take_turn()) R = *turn * R;
+    }
+    return R;
+  }
+
  private:
-  std::mt19937 random_;
-  std::normal_distribution<double> normal_;
+  Noise normal_;
   double tilt_, wanted_ = 0.4, speed_ = 0.4, rate_ = 0.0, way_ = 0.0, pitch_ = 0.0, roll_ = 0.0;
   bool drives_;
   int state_ = 0;
@@ -111,11 +118,7 @@ TEST(MountingSearch, TheMeanOfTheDriveIsLevel) {
       AngleAxisd(5 * kDegree, Vector3d(1, 2, 0).normalized()).toRotationMatrix();
   Robot robot(3, 0.2 * kDegree);
   MountingSearch search;
-  Matrix3d R = R_slope * about_up(2.0);
-  for (int state = 0; state < 300; ++state) {
-    robot.move(search, R);
-    if (const auto turn = search.take_turn()) R = *turn * R;
-  }
+  const Matrix3d R = robot.drive(search, R_slope * about_up(2.0), 300);
   EXPECT_LT(std::acos(R(2, 2)), 1 * kDegree);
 }
 
@@ -155,11 +158,7 @@ TEST(MountingSearch, OtherAxesThanConfiguredAreFound) {
   for (const double yaw : {M_PI / 2, M_PI, -2.0}) {
     Robot robot(5, 0.5 * kDegree);
     MountingSearch search(true);
-    Matrix3d R = about_up(yaw);
-    for (int state = 0; state < 600; ++state) {
-      robot.move(search, R);
-      if (const auto turn = search.take_turn()) R = *turn * R;
-    }
+    const Matrix3d R = robot.drive(search, about_up(yaw), 600);
     EXPECT_FALSE(search.is_configured());
     EXPECT_LT(std::abs(wrapped(std::atan2(R(1, 0), R(0, 0)))), 5 * kDegree) << yaw;
   }

@@ -4,7 +4,6 @@
 
 #include <fstream>
 
-#include "base/atomic_file.h"
 #include "gprodom/error.h"
 #include "io/tum.h"
 #include "support/temporary_folder.h"
@@ -28,18 +27,17 @@ class LogIo : public testing::Test {
             std::vector<std::uint8_t>(static_cast<std::size_t>(i) * 100, std::uint8_t(i))};
   }
 
-  std::string content(const std::string& name) const {
-    std::string bytes;
-    EXPECT_TRUE(read_whole(path(name), bytes)) << name;
-    return bytes;
-  }
+  std::string content(const std::string& name) const { return bytes_of(path(name)); }
 
   void put(const std::string& name, const std::string& bytes) const {
     std::ofstream(path(name), std::ios::binary) << bytes;
   }
 
-  // Timestamps read; `damage` tells what else there was.
-  std::vector<std::int64_t> read(const std::string& name, std::vector<std::string>* damage) const {
+  struct Read {
+    std::vector<std::int64_t> times;
+    std::vector<std::string> damage;  // what else there was
+  };
+  Read read(const std::string& name) const {
     LogReader reader(path(name));
     std::vector<std::int64_t> times;
     while (const lcm::LogEvent* event = reader.next()) {
@@ -50,8 +48,7 @@ class LogIo : public testing::Test {
     }
     EXPECT_EQ(reader.next(), nullptr);
     EXPECT_DOUBLE_EQ(reader.progress(), 1.0);
-    *damage = reader.damage();
-    return times;
+    return {times, reader.damage()};
   }
 
   TemporaryFolder folder_;
@@ -60,9 +57,8 @@ class LogIo : public testing::Test {
 TEST_F(LogIo, ReadsBackWhatWasWritten) {
   write_log("a.lcmlog");
   write_log("b.lcmlog");
-  std::vector<std::string> damage;
-  EXPECT_EQ(read("a.lcmlog", &damage).size(), 10u);
-  EXPECT_TRUE(damage.empty());
+  EXPECT_EQ(read("a.lcmlog").times.size(), 10u);
+  EXPECT_TRUE(read("a.lcmlog").damage.empty());
   EXPECT_EQ(content("a.lcmlog"), content("b.lcmlog"));
 }
 
@@ -75,9 +71,9 @@ TEST_F(LogIo, TruncatedLogGivesWhatIsReadable) {
   const std::size_t before = 28 + 9 + 800;
   for (std::size_t cut = 0; cut < last + before; cut += 7) {
     put("cut.lcmlog", whole.substr(0, whole.size() - cut));
-    std::vector<std::string> damage;
     const std::size_t expected = cut == 0 ? 10 : cut <= last ? 9 : 8;
-    EXPECT_EQ(read("cut.lcmlog", &damage).size(), expected) << cut;
+    const auto [times, damage] = read("cut.lcmlog");
+    EXPECT_EQ(times.size(), expected) << cut;
     ASSERT_EQ(damage.size(), cut == 0 || cut == last ? 0u : 1u) << cut;
     if (!damage.empty()) {
       EXPECT_NE(damage[0].find("event " + std::to_string(expected) + " (byte"), std::string::npos)
@@ -93,8 +89,7 @@ TEST_F(LogIo, DamageInTheMiddleIsSkippedAndReported) {
   for (int i = 0; i < 5; ++i) fifth += 28 + 9 + 100 * static_cast<std::size_t>(i);
   for (std::size_t i = 0; i < 28; ++i) bytes[fifth + i] = '\xff';
   put("bad.lcmlog", bytes);
-  std::vector<std::string> damage;
-  const auto times = read("bad.lcmlog", &damage);
+  const auto [times, damage] = read("bad.lcmlog");
   // The event before is lost with it: its end cannot be told.
   EXPECT_EQ(times, (std::vector<std::int64_t>{1000, 1001, 1002, 1003, 1006, 1007, 1008, 1009}));
   ASSERT_EQ(damage.size(), 1u);

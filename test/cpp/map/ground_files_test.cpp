@@ -43,11 +43,6 @@ class GroundFilesTest : public ::testing::Test {
   std::string kept(int number) const {
     return folder_ / ("ground.kept-" + std::to_string(number) + ".map");
   }
-  static std::string bytes_of(const std::string& path) {
-    std::string bytes;
-    EXPECT_TRUE(read_whole(path, bytes)) << path;
-    return bytes;
-  }
   std::set<std::string> names() const { return folder_.files(); }
 
   bool replaced(const SavedGround& ground) { return files_.replace(path(), ground, told_); }

@@ -13,12 +13,14 @@ Config two_antennas() {
   return config;
 }
 
-// 1 m/s.
-WheelHistory rolling() {
-  WheelHistory wheel(5.0);
-  for (int i = 0; i <= 100; ++i) wheel.insert({from_seconds(10 + 0.1 * i), 0.1 * i});
-  return wheel;
-}
+// A wheel of 1 m/s.
+struct TwoAntennas : testing::Test {
+  TwoAntennas() {
+    for (int i = 0; i <= 100; ++i) wheel.insert({from_seconds(10 + 0.1 * i), 0.1 * i});
+  }
+  WheelHistory wheel{5.0};
+  PairSlip slip{two_antennas()};
+};
 
 AntennaPassage passage(double from, double to) {
   AntennaPassage p;
@@ -30,9 +32,7 @@ AntennaPassage passage(double from, double to) {
 }
 
 // A wheel of 1 m/s whose robot needs 0.6 s for 0.3 m: it slips by half.
-TEST(PairSlip, IsTheDistanceOfTheAntennasOverThatOfTheWheel) {
-  const WheelHistory wheel = rolling();
-  PairSlip slip(two_antennas());
+TEST_F(TwoAntennas, SlipIsTheDistanceOfTheAntennasOverThatOfTheWheel) {
   const std::vector<IntervalSlip> before = {{from_seconds(14.5), 0.0, 0.01},
                                             {from_seconds(16), 0.0, 0.01}};
   EXPECT_FALSE(slip.knows(from_seconds(15)));
@@ -46,9 +46,7 @@ TEST(PairSlip, IsTheDistanceOfTheAntennasOverThatOfTheWheel) {
 }
 
 // As with wheel.slip_share: 0.
-TEST(PairSlip, IsKnownWhereNothingElseFollowsSlip) {
-  const WheelHistory wheel = rolling();
-  PairSlip slip(two_antennas());
+TEST_F(TwoAntennas, SlipIsKnownWhereNothingElseFollowsSlip) {
   EXPECT_EQ(slip.revise({}, from_seconds(14.5)).size(), 1U);
   slip.add(passage(14, 14.6), wheel, 1.0);
   const auto after = slip.revise({}, from_seconds(15));
@@ -57,9 +55,7 @@ TEST(PairSlip, IsKnownWhereNothingElseFollowsSlip) {
 }
 
 // What was measured stays so when the pair has been blind for a while.
-TEST(PairSlip, StaysKnownWhereItWasMeasured) {
-  const WheelHistory wheel = rolling();
-  PairSlip slip(two_antennas());
+TEST_F(TwoAntennas, SlipStaysKnownWhereItWasMeasured) {
   slip.add(passage(14, 14.6), wheel, 1.0);
   const std::vector<IntervalSlip> others = {{from_seconds(14.5), 0.0, 0.01},
                                             {from_seconds(19), 0.0, 0.01}};
@@ -70,9 +66,7 @@ TEST(PairSlip, StaysKnownWhereItWasMeasured) {
 }
 
 // A match of 6 cm beside 0.3 m, on a wheel that gripped before.
-TEST(PairSlip, AWeakMatchTellsLittle) {
-  const WheelHistory wheel = rolling();
-  PairSlip slip(two_antennas());
+TEST_F(TwoAntennas, AWeakMatchTellsLittle) {
   const auto l_at = [&](double time) {
     return slip.revise({{from_seconds(time)}}, from_seconds(time)).back();
   };
@@ -101,9 +95,7 @@ TEST(PairSlip, OfALongPassageCountsForAllOfIt) {
   EXPECT_EQ(PairSlip(Config()).memory(), 0);
 }
 
-TEST(PairSlip, TellsWhereAPassageHasMeasuredThePath) {
-  const WheelHistory wheel = rolling();
-  PairSlip slip(two_antennas());
+TEST_F(TwoAntennas, TellWhereAPassageHasMeasuredThePath) {
   EXPECT_TRUE(std::isinf(slip.left(from_seconds(14)).value()));
   slip.add(passage(14, 14.6), wheel, 1.0);
   EXPECT_EQ(slip.left(from_seconds(14.1)), 0.0);

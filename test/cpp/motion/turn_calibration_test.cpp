@@ -48,15 +48,22 @@ DriveTraits traits(WheelDrive drive, double track = 0.5) {
   return drive_traits(config);
 }
 
+TurnCalibration learnt(const Robot& robot, const DriveTraits& traits, int intervals, double bend,
+                       std::mt19937& random) {
+  TurnCalibration calibration(traits, kFloor);
+  drive(robot, intervals, bend, calibration, random);
+  return calibration;
+}
+
 // On other ground a skid steer's track is another; a differential drive's hardly is.
 TEST(TurnCalibration, GoesOnFromARunBeforeAsFarAsThatHolds) {
   std::mt19937 random(3);
   for (const auto& [drive, room] :
        {std::pair(WheelDrive::kDifferential, 0.0025), std::pair(WheelDrive::kSkidSteer, 0.075)}) {
     const Robot robot{1.03 * traits(drive).track_m, 0.01};
-    TurnCalibration before(traits(drive), kFloor), after(traits(drive), kFloor);
+    const TurnCalibration before = learnt(robot, traits(drive), 1000, 0.6, random);
+    TurnCalibration after(traits(drive), kFloor);
     const double radii_at_first = after.radii_difference_sigma();
-    gprodom::drive(robot, 1000, 0.6, before, random);
     after.resume(before.learnt());
     EXPECT_EQ(after.track_m(), before.track_m());
     EXPECT_EQ(after.radii_difference(), before.radii_difference());
@@ -102,8 +109,7 @@ TEST(TurnCalibration, FindsTrackAndRadiiWithinItsSigmas) {
 TEST(TurnCalibration, SlipDoesNotWidenTheTrack) {
   std::mt19937 random(3);
   const Robot robot{1.8, 0.0, 0.15};
-  TurnCalibration calibration(traits(WheelDrive::kSkidSteer, 1.0), kFloor);
-  drive(robot, 5000, 0.5, calibration, random);
+  const auto calibration = learnt(robot, traits(WheelDrive::kSkidSteer, 1.0), 5000, 0.5, random);
   EXPECT_NEAR(calibration.track_m(), robot.track, 0.04 * robot.track);
 }
 
@@ -121,8 +127,7 @@ TEST(TurnCalibration, HoldsWhatAStraightWayDoesNotShow) {
 TEST(TurnCalibration, OneThatSpinsIsOutvoted) {
   std::mt19937 random(5);
   const Robot robot{0.5, 0.0};
-  TurnCalibration calibration(traits(WheelDrive::kDifferential), kFloor);
-  drive(robot, 1000, 0.6, calibration, random);
+  auto calibration = learnt(robot, traits(WheelDrive::kDifferential), 1000, 0.6, random);
   for (int i = 0; i < 20; ++i) {  // 4 s in which the right side goes 0.3 m/s faster
     Turned turned = move(robot, 0.6 * kInterval, 0.1 * kInterval, random);
     turned.motion.difference_m += 0.3 * kInterval;
@@ -139,8 +144,7 @@ TEST(TurnCalibration, OwnsUpToTheTurnsError) {
   for (int seed = 0; seed < kDrives; ++seed) {
     std::mt19937 random(seed);
     const Robot robot{0.51, 0.005};
-    TurnCalibration calibration(traits(WheelDrive::kDifferential), kFloor);
-    drive(robot, 300, 0.6, calibration, random);
+    const auto calibration = learnt(robot, traits(WheelDrive::kDifferential), 300, 0.6, random);
     PairMotion told;
     double true_rad = 0.0;
     for (int i = 0; i < 50; ++i) {

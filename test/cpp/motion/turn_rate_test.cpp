@@ -24,6 +24,13 @@ std::vector<double> rates(int count, double sigma, double correlation_s, unsigne
   return result;
 }
 
+// From the k-th value over so many steps.
+double turned(const std::vector<double>& rates, size_t k, int steps) {
+  double sum = 0.0;
+  for (size_t i = k; i < k + steps; ++i) sum += 0.5 * (rates[i] + rates[i + 1]) * kStep_s;
+  return sum;
+}
+
 TurnRate learnt(double sigma, double correlation_s, double mean = 0.0, unsigned seed = 1) {
   TurnRate turn_rate;
   const auto seen = rates(3000, sigma, correlation_s, seed, mean);  // ten minutes
@@ -43,13 +50,10 @@ TEST(TurnRate, TheErrorOfTheTurnIsAsLargeAsToldAndSmallerThanOfAKeptRate) {
       int gaps = 0;
       const auto truth = rates(40000, 0.6, correlation_s, 2);
       for (size_t at = 0; at + steps < truth.size(); at += steps, ++gaps) {
-        double turned = 0.0;
-        for (int i = 0; i < steps; ++i)
-          turned += 0.5 * (truth[at + i] + truth[at + i + 1]) * kStep_s;
-        const double error =
-            turn_rate.turn(gap_s, {truth[at], truth[at + steps]}, 0.0, gap_s) - turned;
+        const double by = turned(truth, at, steps);
+        const double error = turn_rate.turn(gap_s, {truth[at], truth[at + steps]}, 0.0, gap_s) - by;
         square += error * error;
-        kept_square += std::pow(truth[at] * std::min(gap_s, 2.0) - turned, 2);
+        kept_square += std::pow(truth[at] * std::min(gap_s, 2.0) - by, 2);
       }
       EXPECT_NEAR(square / gaps / turn_rate.variance(gap_s), 1.0, 0.35)
           << correlation_s << " s, gap " << gap_s << " s";
@@ -69,9 +73,8 @@ TEST(TurnRate, GoesOnTurningToTheSideOfTheLaps) {
     const TurnRate laps = learnt(kSigma, kCorrelation_s, kMean, 2 * seed);
     const TurnRate none = learnt(kSigma, kCorrelation_s, 0.0, 2 * seed);
     const auto truth = rates(kSteps + 1, kSigma, kCorrelation_s, 2 * seed + 1, kMean);
-    double turned = 0.0;
-    for (int i = 0; i < kSteps; ++i) turned += 0.5 * (truth[i] + truth[i + 1]) * kStep_s;
-    square += std::pow(laps.turn(kGap_s, {truth.front(), truth.back()}, 0.0, kGap_s) - turned, 2);
+    const double told = laps.turn(kGap_s, {truth.front(), truth.back()}, 0.0, kGap_s);
+    square += std::pow(told - turned(truth, 0, kSteps), 2);
     variance += laps.variance(kGap_s);
     by_chance += std::abs(none.turn(kGap_s, {0.0, 0.0}, 0.0, kGap_s));
   }

@@ -7,7 +7,6 @@
 #include <fstream>
 #include <functional>
 
-#include "base/atomic_file.h"
 #include "support/temporary_folder.h"
 
 namespace gprodom {
@@ -78,9 +77,7 @@ TEST_F(StateStoreTest, HeldOrBetterKnownScaleIsNotReplaced) {
 
 TEST_F(StateStoreTest, DamagedWheelFileIsReportedAndNotUsed) {
   save(0.98, 0.004);
-  std::string whole;
-  ASSERT_TRUE(read_whole(folder_ / "wheel.state", whole));
-  for (const std::string& bytes : damaged(whole)) {
+  for (const std::string& bytes : damaged(bytes_of(folder_ / "wheel.state"))) {
     write("wheel.state", bytes);
     EXPECT_EQ(next_run().wheel.scale, 1.0);
     EXPECT_EQ(notices_.size(), 1u);

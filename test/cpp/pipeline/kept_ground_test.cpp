@@ -8,7 +8,6 @@
 #include <set>
 #include <stdexcept>
 
-#include "base/atomic_file.h"
 #include "gprodom/error.h"
 #include "gprodom/odometry.h"
 #include "map/ground_map_file.h"
@@ -36,11 +35,6 @@ class KeptGroundTest : public ::testing::Test {
     std::vector<std::string> all = more;
     all.push_back("state.directory=" + folder_.path().string());
     return default_config(all);
-  }
-  static std::string bytes_of(const std::string& path) {
-    std::string bytes;
-    EXPECT_TRUE(read_whole(path, bytes)) << path;
-    return bytes;
   }
   // Metres of stored ground.
   static double metres(const std::string& path) {
