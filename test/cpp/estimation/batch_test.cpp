@@ -93,7 +93,7 @@ TEST(Batch, SurveyedFixesAreWhite) {
   Batch batch = standing();
   for (const Eigen::Vector2d& p : {Eigen::Vector2d(1, 2), Eigen::Vector2d(3, 0)})
     batch.add_fix({0, 1, FixFactor(p, Eigen::Matrix2d::Identity(), Eigen::Vector3d::Zero(), 0.5)});
-  const NavState& solved = batch.solve({}).front();
+  const NavState solved = batch.solve({}).front();
   EXPECT_NEAR(solved.p_odom.x(), 2.0, 1e-4);
   EXPECT_NEAR(solved.p_odom.y(), 1.0, 1e-4);
   const FixFactor place({0, 0}, Eigen::Matrix2d::Identity(), Eigen::Vector3d::Zero(), 0.5);
