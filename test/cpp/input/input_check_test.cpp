@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -204,7 +205,8 @@ TEST(FixOutage, IsToldAfterASecondOfMessagesWithoutAPositionAndIsOverWithTheNext
     InputMessage message = fix;
     EXPECT_EQ(check.accept(message), quality != FixQuality::kNone);
     check.watch_silence(false);
-    return count_with(health.status(fix.time).reasons,
+    const Status status = health.status(fix.time);
+    return std::count(status.reasons.begin(), status.reasons.end(),
                       config.channels.position_fix + ": outage: no position for a second or more");
   };
   EXPECT_EQ(told_after(0.0, FixQuality::kFixed), 0);

@@ -58,7 +58,9 @@ TEST(Live, InternalErrorRestartsTheEstimator) {
         default_config(), [&all](const Outputs& out) { append(all, out); }, options);
     for (const Input& input : standing(10.0)) live.push(input);
   }
-  EXPECT_EQ(count_with(all.warnings, "internal error: std::bad_alloc; the estimator restarts"), 1);
+  EXPECT_EQ(std::count(all.warnings.begin(), all.warnings.end(),
+                       "internal error: std::bad_alloc; the estimator restarts"),
+            1);
   const auto& poses = all.odometry;
   ASSERT_FALSE(poses.empty());
   TimeNs silence = 0;

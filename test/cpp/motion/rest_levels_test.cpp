@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "motion/rest/imu_noise.h"
 #include "motion/rest/vibration.h"
 #include "support/noise.h"
 
@@ -13,13 +14,12 @@ namespace {
 
 constexpr ImuNoise kOwn{2e-4, 8e-4};
 
-std::vector<ImuSample> second(double vibration) {
+std::vector<ImuSample> second(double vibration, int rate = 200) {  // Hz
   Noise noise(1);
   std::vector<ImuSample> samples;
-  constexpr int kRate = 200;  // Hz
-  const double scale = vibration * std::sqrt(static_cast<double>(kRate));
-  for (int i = 0; i < kRate; ++i) {
-    ImuSample sample{from_seconds(1.0 * i / kRate), {0, 0, 9.80665}, {0, 0, 0}};
+  const double scale = vibration * std::sqrt(static_cast<double>(rate));
+  for (int i = 0; i < rate; ++i) {
+    ImuSample sample{from_seconds(1.0 * i / rate), {0, 0, 9.80665}, {0, 0, 0}};
     noise.shake(sample, scale * kOwn.accel_density, scale * kOwn.gyro_density);
     samples.push_back(sample);
   }
@@ -27,6 +27,14 @@ std::vector<ImuSample> second(double vibration) {
 }
 
 double times_own(const RestLevels& rest) { return rest.noise().accel_density / kOwn.accel_density; }
+
+TEST(ImuNoise, IsADensityAtAnySampleRate) {
+  for (const int rate : {25, 400}) {
+    const ImuNoise noise = measured_noise(second(5.0, rate));
+    EXPECT_NEAR(noise.accel_density / kOwn.accel_density, 5.0, 1.5) << rate;
+    EXPECT_NEAR(noise.gyro_density / kOwn.gyro_density, 5.0, 1.5) << rate;
+  }
+}
 
 TEST(RestLevels, AfterAStartOnTheMoveTheQuietestSecondCounts) {
   RestLevels rest;
