@@ -16,23 +16,6 @@
 namespace gprodom {
 namespace {
 
-// Says at each tick what it was made with.
-class Sayer : public gpr::FrontEnd {
- public:
-  using Say = std::function<std::vector<gpr::Finding>(TimeNs tick)>;
-  explicit Sayer(Say say) : say_(std::move(say)) {}
-  void add_trace(const GprTrace& /*trace*/) override {}
-  std::vector<gpr::Finding> tick(TimeNs tick) override { return say_(tick); }
-  void reset() override {}
-
- private:
-  Say say_;
-};
-
-gpr::FrontEndFactory saying(Sayer::Say say) {
-  return [say = std::move(say)] { return std::make_unique<Sayer>(say); };
-}
-
 constexpr TimeNs kTick = 100'000'000;
 
 // Where the robot of there_and_back() is, at multiples of the IMU's period.

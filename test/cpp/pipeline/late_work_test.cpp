@@ -33,23 +33,6 @@ class Gate {
   std::shared_future<void> open_ = promise_.get_future().share();
 };
 
-// Answers its first tick when the gate is opened, and the others at once.
-class HeldFrontEnd : public gpr::FrontEnd {
- public:
-  HeldFrontEnd(const Gate& gate, std::atomic<int>& ticks) : gate_(gate), ticks_(ticks) {}
-  void add_trace(const GprTrace& /*trace*/) override {}
-  std::vector<gpr::Finding> tick(TimeNs /*tick*/) override {
-    ++ticks_;
-    gate_.wait();
-    return {};
-  }
-  void reset() override {}
-
- private:
-  const Gate& gate_;
-  std::atomic<int>& ticks_;
-};
-
 // No information, and not given before the gate is opened.
 class HeldCost final : public ceres::SizedCostFunction<1, 3> {
  public:
@@ -207,7 +190,13 @@ TEST(LateWork, SolverThatIsTooSlowHoldsUpNoPoseAndItsStatesAreBounded) {
 TEST(LateWork, RadarThatIsTooSlowRunsNoTickThatIsOver) {
   Gate gate;
   std::atomic<int> ticks{0};
-  Robot live(Execution::kThreaded, {}, [&] { return std::make_unique<HeldFrontEnd>(gate, ticks); });
+  // Answers its first tick when the gate is opened, and the others at once.
+  const auto held = saying([&](TimeNs) {
+    ++ticks;
+    gate.wait();
+    return std::vector<gpr::Finding>();
+  });
+  Robot live(Execution::kThreaded, {}, held);
   live.drive(standing(100.0), 0, at(100.0));
   EXPECT_GE(live.value(kLateTick), 985.0);
   EXPECT_LE(ticks, 1);

@@ -3,13 +3,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <memory>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <variant>
 #include <vector>
 
 #include "gpr/synthetic_ground.h"
 #include "gprodom/config.h"
+#include "gprodom/front_end.h"
 #include "gprodom/input.h"
 #include "gprodom/outputs.h"
 #include "support/noise.h"
@@ -140,6 +144,23 @@ inline std::vector<Input> there_and_back(unsigned seed) {
     position += 0.005 * (speed + next_speed);
   }
   return inputs;
+}
+
+// Says at each tick what it was made with.
+class Sayer : public gpr::FrontEnd {
+ public:
+  using Say = std::function<std::vector<gpr::Finding>(TimeNs tick)>;
+  explicit Sayer(Say say) : say_(std::move(say)) {}
+  void add_trace(const GprTrace& /*trace*/) override {}
+  std::vector<gpr::Finding> tick(TimeNs tick) override { return say_(tick); }
+  void reset() override {}
+
+ private:
+  Say say_;
+};
+
+inline gpr::FrontEndFactory saying(Sayer::Say say) {
+  return [say = std::move(say)] { return std::make_unique<Sayer>(say); };
 }
 
 // Where the drive was when that wheel message came, exactly: in site it goes from (100, 50) towards
