@@ -65,12 +65,17 @@ double accel_scale_at_rest(double force);
 // The same by the mean over some time of driving, which is off gravity by more than at rest.
 double accel_scale_on_the_move(const std::vector<ImuSample>& samples);
 
+// A gyro's bias, rad/s, with the standard deviation of an axis.
+struct GyroBias {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  double sigma = kUsualGyroBias;
+};
+
 // On the move, from the same kind of samples: tilt from the mean force less the part that wheel and
-// gyro explain; speed from the wheel; a gyro bias of zero with the given standard deviation
-// (rad/s). The solutions of the first seconds improve this state. It is surer if the wheel agrees
-// with the accelerations. accel_scale: of the samples' forces.
+// gyro explain; speed from the wheel. The solutions of the first seconds improve this state. It is
+// surer if the wheel agrees with the accelerations. accel_scale: of the samples' forces.
 Initialization initialize_moving(const Config& config, const std::vector<ImuSample>& samples,
-                                 const WheelAtStart& wheel, double gyro_bias_sigma = kUsualGyroBias,
+                                 const WheelAtStart& wheel, const GyroBias& gyro_bias = {},
                                  double accel_scale = 1.0);
 
 }  // namespace gprodom

@@ -231,6 +231,19 @@ TimeNs WheelHistory::still_since(TimeNs from, double most_m) const {
   return from;
 }
 
+std::pair<TimeNs, TimeNs> WheelHistory::still_from(TimeNs from, double most_m) const {
+  const auto first = std::find_if(entries_.begin(), entries_.end(),
+                                  [from](const Entry& e) { return e.time >= from; });
+  if (first == entries_.end()) return {from, from};
+  double sum = 0;
+  auto last = first;
+  for (auto next = std::next(first); next != entries_.end(); last = next++) {
+    sum += std::abs(next->distance_m - last->distance_m);
+    if (sum > most_m) break;
+  }
+  return {first->time, last->time};
+}
+
 bool set_wheel_distances(std::vector<MotionStep>& steps, const WheelHistory& wheel, TimeNs from,
                          bool across_gaps) {
   double elapsed = 0;

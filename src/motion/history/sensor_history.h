@@ -87,6 +87,9 @@ class WheelHistory {
 
   // The earliest time, `from` or later, since which the path is within `most_m`.
   TimeNs still_since(TimeNs from, double most_m) const;
+  // From the first sample at `from` or later up to the last one before the path exceeds `most_m`;
+  // empty without samples.
+  std::pair<TimeNs, TimeNs> still_from(TimeNs from, double most_m) const;
 
  private:
   static constexpr TimeNs kMaxGap = 300'000'000;  // ns
