@@ -36,7 +36,7 @@ class Fault:
 
     seconds: how long it lasts; None: here and there over the whole run.
     told: STATUS can know of it. A constant offset of a clock, say, shows nowhere.
-    jump: of all clocks, or of the IMU's, us; what comes out may have made it.
+    jump: of all clocks, or of the IMU's, us; the poses may bear the times after it, or go on.
     by_chance: another draw is another fault.
     """
 

@@ -62,7 +62,7 @@ std::string TimeGuard::take_stray(TimeNs time, TimeNs stamp, const char* reason)
     for (Track& other : tracks_) other.at_imu_stray = other.newest;
   if (imu.strays < kStraysToFollow) return reason;
   if (time < imu.newest) {
-    if (imu.strays < kStraysToMove || imu.stray - imu.first_stray < kAgree) return reason;
+    if (imu.strays < kStraysToSetBack || imu.stray - imu.first_stray < kAgree) return reason;
     carry_on(time, stamp);
     return "clock was set back: its stamps are carried on from where it was";
   }

@@ -43,10 +43,11 @@ class TimeGuard {
   static constexpr std::array kSensors{kWheel, kWheels, kGpr};  // whose stamps tell the time, too
   // A stamp ahead of all others is an error of one message, unless the next ones agree with it.
   static constexpr int kStraysToFollow = 3;
-  // The IMU's clock was set back if so many in a row are late: one in five late gives 1e-7 of it.
-  static constexpr int kStraysToMove = 10;
+  // So many late stamps of the IMU in a row show that its clock was set back. Where one message in
+  // five is late, ten in a row are by chance with the probability 1e-7.
+  static constexpr int kStraysToSetBack = 10;
   static constexpr TimeNs kRunning = 1'000'000'000;  // ns; a sensor is heard within it if it runs
-  static constexpr TimeNs kAgree = 500'000'000;  // ns; so long, stamps of a clock that was set do
+  static constexpr TimeNs kAgree = 500'000'000;      // ns; least time over which such stamps agree
   static constexpr TimeNs kMostAhead =
       3'000'000'000'000'000'000;  // ns, sum of steps that are followed
   static constexpr TimeNs kLatest = 4'000'000'000'000'000'000;  // ns, in 2096: sums stay in range
@@ -65,7 +66,7 @@ class TimeGuard {
       TimeNs lag = 0, at = 0;  // its stamp less the IMU's newest one; that stamp of the IMU
     };
     Lag accepted, first_off;  // of the newest one in reach; of the first of those off by one time
-    int off = 0;              // their number
+    int off = 0;              // number of stamps off by that time, in a row
     TimeNs offset = 0;        // to its stamps, since its clock was set alone
   };
 

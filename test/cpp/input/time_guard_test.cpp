@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
+#include <string>
+
 namespace gprodom {
 namespace {
 
@@ -143,6 +146,23 @@ TEST(TimeGuard, ClockOfOneSensorSetAloneIsCarriedOn) {
       EXPECT_EQ(told, 1) << source << ' ' << by;
       EXPECT_GT(taken, 360) << source << ' ' << by;
     }
+  }
+}
+
+// A busy driver: late stamps of the IMU show no clock that was set back.
+TEST(TimeGuard, OneMessageInFiveLateIsNoClockSetBack) {
+  Clock clock;
+  clock.run(2);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> share(0.0, 1.0), late_s(0.5, 2.0);
+  for (int i = 0; i < 20000; ++i) {
+    clock.now += 10 * kMs;
+    const bool late = share(random) < 0.2;
+    TimeNs imu = clock.now - (late ? from_seconds(late_s(random)) : 0);
+    const TimeNs stamp = imu;
+    const std::string reason = clock.guard.check(TimeGuard::kImu, imu);
+    ASSERT_EQ(reason, late ? "later than time.reorder_window" : "") << i;
+    ASSERT_EQ(imu, stamp);
   }
 }
 
