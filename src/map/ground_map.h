@@ -73,9 +73,10 @@ struct GroundMap {
   // are the identities of the files from which this was made.
   std::uint64_t identity = 0;
   std::vector<std::uint64_t> parents;
-  std::vector<Ancestor> descent;  // in the order driven; of files and drives none of whose ground
-                                  // was left out since
-  int version = 4;                // of the file
+  // In the order driven; of files and drives none of whose ground was left out since, but for what
+  // lies beside enough other passes.
+  std::vector<Ancestor> descent;
+  int version = 4;  // of the file
   // Call when ground of a drive was added, from column `first` on, the last of it at `now`. The
   // file that this was read from becomes its parent. new_drive: it is the first of this drive.
   void extended(std::size_t first, TimeNs now, bool new_drive);

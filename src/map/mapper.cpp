@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "gprodom/version.h"
+#include "map/crowded_ground.h"
 #include "map/map_frame.h"
 
 namespace gprodom {
@@ -35,7 +36,8 @@ Mapper::Mapper(const Config& config, std::optional<GroundMap> before, std::optio
       lever_arm_(config.gpr.lever_arm),
       longest_arm_m_(lever_arm_.head<2>().norm()),
       path_(kNodeSpacing),
-      ground_(before ? std::move(*before) : GroundMap(memory_options(config))),
+      ground_(before ? without_crowded(std::move(*before), config_.lateral_sigma)
+                     : GroundMap(memory_options(config))),
       end_of_before_(ground_.memory.kept().end),
       first_session_(ground_.memory.sessions().size()),
       start_(std::move(start)),

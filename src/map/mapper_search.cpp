@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "map/crowded_ground.h"
 #include "map/mapper.h"
 #include "map/search_window.h"
 
@@ -154,11 +155,8 @@ std::vector<gpr::SearchWindow> Mapper::windows(const Seeker& seeker,
   if (located_ && (!candidate_ || candidate_->at.own))
     passes = passes_of_before(here, map_, reach, seeker);
   for (const Pass& pass : own_passes(here, reach, query_begins, query)) passes.push_back(pass);
-  const auto beside = std::count_if(passes.begin(), passes.end(), [](const Pass& pass) {
-    return std::abs(pass.along) <= kNodeSpacing && std::abs(pass.lateral) < kLateralGate;
-  });
   crowded_ = tied_at_m_ && path_.travelled() - *tied_at_m_ < kKnowsPassesFor &&
-             static_cast<double>(beside) >= kLateralGate / config_.lateral_sigma;
+             is_crowded(passes, config_.lateral_sigma);
   std::vector<gpr::SearchWindow> windows;
   for (const Pass& pass : in_search_order(std::move(supposed), config_.lateral_sigma)) {
     if (windows.size() < kMaxWindows) windows.push_back(window_at(seeker, pass, query, gate));

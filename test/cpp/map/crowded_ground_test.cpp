@@ -1,8 +1,12 @@
 // A robot that drives the same way again and again, over ground that looks different to it each
 // time: it wanders, and what lies aside is another ground to the antenna.
+#include "map/crowded_ground.h"
+
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "driven_ground.h"
 #include "gpr/synthetic_ground.h"
@@ -32,8 +36,8 @@ Displacement seen_again(int state) {
   return gprodom::seen_again(time_of(before), time_of(state), mirrored);
 }
 
-// m of ground that are stored after so many passes.
-double stored_after(int passes, bool tied) {
+// What is stored after so many passes.
+GroundMap ground_after(int passes, bool tied) {
   Mapper mapper(default_config(), std::nullopt, std::nullopt);
   gpr::SyntheticRadar radar(1, 60.0);
   for (int pass = 0; pass < passes; ++pass) {
@@ -52,8 +56,10 @@ double stored_after(int passes, bool tied) {
       input = {};
     }
   }
-  return stored_m(mapper.take_ground().memory);
+  return mapper.take_ground();
 }
+
+double stored_after(int passes, bool tied) { return stored_m(ground_after(passes, tied).memory); }
 
 TEST(CrowdedGround, OfManyPassesSideBySideAFewAreStored) {
   const double three = stored_after(3, true);
@@ -64,6 +70,39 @@ TEST(CrowdedGround, OfManyPassesSideBySideAFewAreStored) {
 // Nothing tells it that it is where it believes to be: the ground may be new.
 TEST(CrowdedGround, ARobotThatIsNotTiedStoresWhatItDrivesOver) {
   EXPECT_GT(stored_after(9, false), 8.0 * kWay);
+}
+
+// The next track knows how they lie: those beside which there are three older ones go.
+TEST(CrowdedGround, OfWhatWasStoredUntiedTheNextTrackKeepsThreePasses) {
+  const GroundMap all = ground_after(9, false);
+  Mapper next(default_config(), all, std::nullopt);
+  const GroundMap kept = next.take_ground();
+  EXPECT_NEAR(stored_m(kept.memory), 3.0 * kWay, 0.2 * kWay);
+  for (const KnownPlace& place : kept.places) {
+    const auto older = std::find_if(all.places.begin(), all.places.end(), [&](const auto& other) {
+      return all.memory.column(other.column).time == kept.memory.column(place.column).time;
+    });
+    ASSERT_NE(older, all.places.end());
+    EXPECT_EQ(place.pose.p, older->pose.p);
+  }
+  const auto descent = [](const GroundMap& ground) {
+    return GroundHead{1, ground.format, true, ground.descent};
+  };
+  EXPECT_TRUE(descends(descent(kept), descent(all)));
+  EXPECT_EQ(stored_m(without_crowded(kept, 0.15).memory), stored_m(kept.memory));
+}
+
+// A pass a metre aside, one across, and one of another map are no passes beside.
+TEST(CrowdedGround, WhatLiesElsewhereStays) {
+  GroundMap ground = ground_after(5, false);
+  const double stored = stored_m(ground.memory);
+  int pass = 0;
+  for (KnownPlace& place : ground.places) {
+    pass = std::max(pass, static_cast<int>(place.column / 1500));
+    if (pass == 2) place.pose.p.y() += 1.0;
+    if (pass == 3) place.map = 1;
+  }
+  EXPECT_EQ(stored_m(without_crowded(std::move(ground), 0.15).memory), stored);
 }
 
 // A robot that comes back beside the way just driven.
