@@ -1,4 +1,6 @@
 // How a pipeline continues from an earlier one or from a saved run, and what it saves.
+#include <malloc.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -93,6 +95,9 @@ void Pipeline::set_ground(GroundMap ground) {
   has_earlier_ground_ = !ground.places.empty();
   located_ = false;
   map_ = std::make_unique<MapTask>(config_, execution_, std::move(ground));
+  // To read a map takes several times the memory that it is kept in, among what stays: the
+  // allocator would not give that back by itself.
+  malloc_trim(0);
 }
 
 }  // namespace gprodom

@@ -12,6 +12,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 
 namespace gprodom::gpr {
 
@@ -80,6 +81,11 @@ class PatchFilter {
   double centre_frequency() const { return learnt_.centre; }    // Hz, of the received spectrum
   double long_sigma() const { return learnt_.long_sigma; }      // columns
   double short_sigma() const { return learnt_.short_sigma; }    // columns
+  // Columns to either side that its smoothing reaches: three running means, half widths below
+  // sigma + 1.
+  Eigen::Index smoothing_reach() const {
+    return 3 * static_cast<Eigen::Index>(std::ceil(learnt_.short_sigma + 1.0));
+  }
   const LearntPatchFilter& learnt() const { return learnt_; }
 
  private:

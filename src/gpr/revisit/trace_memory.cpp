@@ -299,9 +299,8 @@ std::optional<TraceMemory::Newest> TraceMemory::newest(int count, int before,
   if (!place) return std::nullopt;
   const auto pending = static_cast<Eigen::Index>(pending_.size());
   const auto all = std::min<Eigen::Index>(count + before, pending);
-  // To undo a change costs by the column. Smoothing needs so many before those asked for.
-  const auto before_them = 3 * static_cast<Eigen::Index>(std::ceil(filter_->short_sigma() + 1.0));
-  const auto used = std::min(all + before_them, pending);
+  // To undo a change costs by the column.
+  const auto used = std::min(all + filter_->smoothing_reach(), pending);
   return Newest{filtered_pending(used, change).bottomRows(all), *place};
 }
 

@@ -196,6 +196,7 @@ class TraceMemory {
   void keep(const MemoryColumn& place, const Eigen::RowVectorXf& features);
   std::deque<Run>::const_iterator run_at(std::size_t number) const;
   SessionFilters learn_filters(const std::vector<StoredRun>& runs) const;
+  void restore_columns(const StoredRun& run, const PatchFilter& filter);
   void forget_oldest();
   Columns filtered_pending() const;
   // Of the last `count` of them.

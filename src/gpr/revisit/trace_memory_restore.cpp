@@ -11,9 +11,14 @@ namespace {
 // m of a session's ground from which its filter is learnt anew. More would only take longer.
 constexpr double kLearnMost = 40.0;
 
-// Counts, from levels.
-Columns columns_of(const StoredRun& run, const BandLimit& limit) {
-  Columns columns = run.levels.cast<float>() / BandLimit::kLevelsPerUnit;
+// Columns whose features are made at once: as floats a long run takes many times the memory in
+// which it is stored, and what was freed of that among what stays is hardly given back.
+constexpr Eigen::Index kBlock = 1000;
+
+// Counts, from levels, of `count` columns.
+Columns columns_of(const StoredRun& run, const BandLimit& limit, Eigen::Index first,
+                   Eigen::Index count) {
+  Columns columns = run.levels.middleRows(first, count).cast<float>() / BandLimit::kLevelsPerUnit;
   columns.array().rowwise() *= limit.deviation.array();
   return columns;
 }
@@ -70,7 +75,7 @@ TraceMemory::SessionFilters TraceMemory::learn_filters(const std::vector<StoredR
     const Eigen::Index had = all.rows(), more = std::min(run.levels.rows(), most - had);
     if (more <= 0) continue;
     all.conservativeResize(had + more, run.levels.cols());
-    all.bottomRows(more) = columns_of(run, sessions_[run.session]).topRows(more);
+    all.bottomRows(more) = columns_of(run, sessions_[run.session], 0, more);
   }
   std::size_t longest = 0;
   for (std::size_t i = 0; i < ground.size(); ++i) {
@@ -101,7 +106,8 @@ TraceMemory::SessionFilters TraceMemory::learn_filters(const std::vector<StoredR
 Columns TraceMemory::patch(MemoryRange range, const TraceChange& change) const {
   if (change.none()) return patch(range);
   const StoredRun stored = stored_run(range);
-  return features_of(columns_of(stored, sessions_[stored.session]), stored.session, change);
+  const Columns columns = columns_of(stored, sessions_[stored.session], 0, stored.levels.rows());
+  return features_of(columns, stored.session, change);
 }
 
 Columns TraceMemory::features_of(const Columns& columns, std::size_t session,
@@ -110,6 +116,26 @@ Columns TraceMemory::features_of(const Columns& columns, std::size_t session,
   Columns features = undoing(change, filter, sessions_[session]).project(columns);
   smooth_along(filter.short_sigma(), features);
   return features;
+}
+
+void TraceMemory::restore_columns(const StoredRun& run, const PatchFilter& filter) {
+  const Eigen::Index columns = run.levels.rows(), reach = filter.smoothing_reach();
+  for (Eigen::Index first = 0; first < columns; first += kBlock) {
+    const Eigen::Index end = std::min(columns, first + kBlock);
+    const Eigen::Index from = std::max<Eigen::Index>(0, first - reach);
+    const Eigen::Index to = std::min(columns, end + reach);
+    Columns features = filter.project(columns_of(run, sessions_[run.session], from, to - from));
+    smooth_along(filter.short_sigma(), features);
+    for (Eigen::Index i = first; i < end; ++i) {
+      const double along = static_cast<double>(i) * options_.spacing_m;
+      limited_.push(&run.levels(i, 0), static_cast<std::size_t>(run.levels.cols()));
+      keep({run.times[static_cast<std::size_t>(i)], run.first_distance_m + run.direction * along,
+            run.direction},
+           features.row(i - from));
+      runs_.back().session = run.session;
+    }
+  }
+  run_kept_ = false;
 }
 
 void TraceMemory::restore(std::vector<BandLimit> sessions, const std::vector<StoredRun>& runs) {
@@ -127,20 +153,7 @@ void TraceMemory::restore(std::vector<BandLimit> sessions, const std::vector<Sto
   }
   sessions_ = std::move(sessions);
   const SessionFilters filters = learn_filters(runs);
-  for (const StoredRun& run : runs) {
-    const PatchFilter& filter = filters.of(run.session);
-    Columns features = filter.project(columns_of(run, sessions_[run.session]));
-    smooth_along(filter.short_sigma(), features);
-    for (Eigen::Index i = 0; i < features.rows(); ++i) {
-      const double along = static_cast<double>(i) * options_.spacing_m;
-      limited_.push(&run.levels(i, 0), static_cast<std::size_t>(run.levels.cols()));
-      keep({run.times[static_cast<std::size_t>(i)], run.first_distance_m + run.direction * along,
-            run.direction},
-           features.row(i));
-      runs_.back().session = run.session;
-    }
-    run_kept_ = false;
-  }
+  for (const StoredRun& run : runs) restore_columns(run, filters.of(run.session));
   session_ = sessions_.size() - 1;
   of_columns_ = filters;
   to_limited_ = sessions_.back().projection();

@@ -124,6 +124,19 @@ TEST(GroundMapFile, GroundIsFoundAgainAfterLoading) {
 }
 
 // Waves are slower by 8 % on another day: only with travel times stretched is the place found.
+// They are made a block of columns at a time.
+TEST(GroundMapFile, FeaturesOfALongRunAreThoseOfAllItsColumnsAtOnce) {
+  GroundMap ground{gpr::TraceMemoryOptions()};
+  drive(ground, 1, 0.0, 35.0);
+  const GroundMap loaded = reloaded(ground);
+  const gpr::MemoryRange run = loaded.runs().front();
+  ASSERT_GT(run.size(), 1500);
+  const gpr::TraceChange hardly{1e-12, 0.0};
+  constexpr float kLevel = 1.0F / gpr::TraceMemory::kLevelsPerUnit, kMost = 127 * kLevel;
+  const gpr::Columns at_once = loaded.memory.patch(run, hardly).cwiseMin(kMost).cwiseMax(-kMost);
+  EXPECT_LE((loaded.memory.patch(run) - at_once).cwiseAbs().maxCoeff(), 0.6F * kLevel);
+}
+
 TEST(GroundMapFile, ChangedGroundIsFoundByItsStretch) {
   GroundMap ground = read(written(driven(12.0)));
   const std::size_t end = ground.memory.kept().end;
