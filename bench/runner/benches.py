@@ -226,7 +226,12 @@ def of_maps(data: Path) -> tuple[Bench, ...]:
             readers.yard,
             (
                 Job("days", ("48",), short=("0.1", "--rest=5"), prefix="one"),
-                Job("pieces", ("14", "--rest=60", "--pieces=7"), prefix="pieces"),
+                Job(
+                    "pieces",
+                    ("168", "--pieces=7"),
+                    short=("0.1", "--rest=5", "--pieces=2"),
+                    prefix="pieces",
+                ),
             ),
             compiled=True,
         ),

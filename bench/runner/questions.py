@@ -217,17 +217,16 @@ def again_and_again(f: Figures) -> Iterator[Row]:
     pieces = [f"pieces/{day}" for day in f.parts("yard", 1) if f.of("yard", f"pieces/{day}/rounds")]
     if not pieces:
         return
-    cost, memory = (f"pieces/{what}_last_over_second" for what in ("cost", "memory"))
+    ratios = [f"pieces/{what}_last_over_second" for what in ("cost", "memory", "map")]
     rounds = sum(f.all("yard", (f"{piece}/rounds" for piece in pieces)))
     nees = f.all("yard", (f"{piece}/nees_xy" for piece in pieces))
     keys = (f"{pieces[-1]}/rmse_in_map_m", "one/1/nees_xy", "one/2/nees_xy")
     what = f"a yard of 400 m, {rounds:.0f} rounds in {len(pieces)} runs, each in the map of the "
-    what += "one before: cost and memory of the last over the second; NEES; error in the map; NEES "
-    what += "of two days in one run"
-    answer = (
-        f"{{:.2f}}, {{:.2f}}; {min(nees):.2f} to {max(nees):.2f}; {{:.3f}} m; {{:.2f}}, {{:.2f}}"
-    )
-    yield from told(what, "yard", answer, *f.each("yard", cost, memory, *keys))
+    what += "one before: cost, memory and map of the last over the second; NEES; error in the map; "
+    what += "NEES of two days in one run"
+    answer = f"{{:.2f}}, {{:.2f}}, {{:.2f}}; {min(nees):.2f} to {max(nees):.2f}; "
+    answer += "{:.3f} m; {:.2f}, {:.2f}"
+    yield from told(what, "yard", answer, *f.each("yard", *ratios, *keys))
 
 
 def lasting_slip(f: Figures) -> Iterator[Row]:
