@@ -7,9 +7,10 @@ each truth) or some of them; any others have a description file beside them, of 
 told there. The Warthog is run with the mean of its wheels, and with left and right (skid steer).
 Each is converted, its IMU's mounting is found (gprodom calibrate mount), and `wheel` and
 `imu_wheel` are run. Errors are of the truth's points from the start of imu_wheel on, for both the
-same, aligned by se2; in brackets that of `wheel` over all points. `over`: (error + 15 mm) over that
-of `wheel`, which a few millimetres do not decide. With --from, each recording also begins so many
-seconds later, as a rule while the robot drives.
+same: those at which both tell a pose, so none in a gap of either. They are aligned by se2; in
+brackets that of `wheel` over all points. `over`: (error + 15 mm) over that of `wheel`, which a few
+millimetres do not decide. With --from, each recording also begins so many seconds later, as a rule
+while the robot drives.
 
     bench/robots.py DIR [--only NAME]... [--from SECONDS]... [--set KEY=VALUE]... [--json]
 """
@@ -30,6 +31,7 @@ from gprodom.console import format_table
 from gprodom.errors import Error
 from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import wheel_and_gyro
+from gprodom.score.associate import covered
 from gprodom.score.figures import Figures
 from gprodom.score.sources import read_truth
 from gprodom.trajectory import Trajectory, path_length
@@ -82,7 +84,8 @@ def measure(
     }
     if not recording.points:
         return figures | distances(wheel, odometry, truth)
-    rest = truth.select(truth.time >= start)
+    told_by_both = covered(found.trajectory, truth.time) & covered(wheel, truth.time)
+    rest = truth.select((truth.time >= start) & told_by_both)
     causal = planar_figures(found.trajectory, rest, recording.truth)
     smoothed = planar_figures(found.smoothed, rest, recording.truth) if found.smoothed else None
     reckoned = planar_figures(wheel, rest, recording.truth)
