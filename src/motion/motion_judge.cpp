@@ -232,8 +232,10 @@ StateInput MotionJudge::judge(TimeNs to) {
       std::hypot(input.noise.accel_density, slip_belief_.axes_error(input.steps));
   // If IMU and wheel are both silent, the length of the path is known, but not its course.
   const bool across_gaps = imu_silent(imu_.steps(from - state_period_, to));
-  turn_rate_.complete(input, from, newest_.state.gyro_bias, imu_);
   input.has_wheel = set_wheel_distances(input.steps, wheel_, from, across_gaps);
+  turn_rate_.complete(
+      input, from, newest_.state.gyro_bias, imu_,
+      std::hypot(config_.wheel.noise_floor, rest_.wheel_mps() * to_seconds(to - from)));
 
   SlipModel slip = slip_model(config_.wheel);
   slip.share = slip_share();

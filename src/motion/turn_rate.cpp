@@ -23,6 +23,15 @@ double share(double part) {
   return u * u * (3 - 2 * u);
 }
 
+// How sure it is that the robot moves in an interval: the share of its wheel's distance that is no
+// noise of a wheel at rest (Wiener's). 1 where no wheel tells.
+double moving(const StateInput& input, double resting_m) {
+  double rolled_m = 0.0;
+  for (const MotionStep& step : input.steps) rolled_m += step.wheel_m;
+  const double square = rolled_m * rolled_m, noise = resting_m * resting_m;
+  return input.has_wheel && square + noise > 0 ? square / (square + noise) : 1.0;
+}
+
 }  // namespace
 
 TurnRate::TurnRate()
@@ -31,7 +40,7 @@ TurnRate::TurnRate()
       count_(kCount) {}
 
 void TurnRate::complete(StateInput& input, TimeNs from, const Eigen::Vector3d& gyro_bias,
-                        const ImuHistory& imu) {
+                        const ImuHistory& imu, double resting_m) {
   if (!imu_silent(input.steps)) {
     double turned = 0.0;
     for (const MotionStep& step : input.steps)
@@ -39,6 +48,7 @@ void TurnRate::complete(StateInput& input, TimeNs from, const Eigen::Vector3d& g
     learn(turned / to_seconds(input.time - from), input.time);
     return;
   }
+  const double moves = moving(input, resting_m);
   double at_s = 0.0;
   for (MotionStep& step : input.steps) {
     const double begin_s = std::exchange(at_s, at_s + step.dt);
@@ -49,7 +59,7 @@ void TurnRate::complete(StateInput& input, TimeNs from, const Eigen::Vector3d& g
     step.gap_turn = turn(gap_s,
                          {(ends->first.angular_velocity - gyro_bias).z(),
                           (ends->second.angular_velocity - gyro_bias).z()},
-                         since, since + step.dt);
+                         since, since + step.dt, moves);
     input.turn_variance +=
         variance(gap_s) * (share((since + step.dt) / gap_s) - share(since / gap_s));
   }
@@ -93,8 +103,9 @@ TurnRate::Process TurnRate::process() const {
 }
 
 // An Ornstein-Uhlenbeck process of time tau and mean m that is known at both ends has at t the mean
-// m + ((before - m) sinh((T - t) / tau) + (after - m) sinh(t / tau)) / sinh(T / tau).
-double TurnRate::turn(double gap_s, Ends ends, double from, double to) const {
+// m + ((before - m) sinh((T - t) / tau) + (after - m) sinh(t / tau)) / sinh(T / tau). While the
+// robot stands it turns no laps: m is 0 there.
+double TurnRate::turn(double gap_s, Ends ends, double from, double to, double moves) const {
   const Process p = process();
   const double tau = p.correlation_s;
   // Of sinh(t / tau) / sinh(T / tau), from 0 to t.
@@ -102,8 +113,9 @@ double TurnRate::turn(double gap_s, Ends ends, double from, double to) const {
     const double less = std::expm1(-t / tau);
     return tau * std::exp((t - gap_s) / tau) * less * less / -std::expm1(-2 * gap_s / tau);
   };
-  return p.mean * (to - from) + (ends.after - p.mean) * (integral(to) - integral(from)) +
-         (ends.before - p.mean) * (integral(gap_s - from) - integral(gap_s - to));
+  const double mean = moves * p.mean;
+  return mean * (to - from) + (ends.after - mean) * (integral(to) - integral(from)) +
+         (ends.before - mean) * (integral(gap_s - from) - integral(gap_s - to));
 }
 
 double TurnRate::variance(double gap_s) const {

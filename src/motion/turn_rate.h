@@ -1,6 +1,7 @@
 // How the robot turns in a long gap of the IMU, as far as it can be known: its turn rate is
 // correlated over a time, and this robot shows how large it is, over what time, and whether it
-// turns to one side more than to the other, as on laps. docs/estimation.md, "Gaps of the IMU".
+// turns to one side more than to the other while it moves, as on laps. docs/estimation.md, "Gaps of
+// the IMU".
 #pragma once
 
 #include <deque>
@@ -15,9 +16,10 @@ class TurnRate {
   TurnRate();
 
   // Learns from an interval with an IMU. In a long gap, sets the turn of each step and its
-  // variance.
+  // variance. The wheel's distances are set; resting_m: what the wheel of a robot that stands tells
+  // in the interval, one standard deviation.
   void complete(StateInput& input, TimeNs from, const Eigen::Vector3d& gyro_bias,
-                const ImuHistory& imu);
+                const ImuHistory& imu, double resting_m);
 
   // Mean rate about body z (rad/s) over the state interval that ends at `to`.
   void learn(double rate, TimeNs to);
@@ -26,8 +28,9 @@ class TurnRate {
   struct Ends {
     double before, after;
   };
-  // Turn (rad) from `from` to `to`, seconds after the begin of a gap of gap_s.
-  double turn(double gap_s, Ends ends, double from, double to) const;
+  // Turn (rad) from `from` to `to`, seconds after the begin of a gap of gap_s. moves: 0 to 1, how
+  // much of the mean goes on there.
+  double turn(double gap_s, Ends ends, double from, double to, double moves = 1.0) const;
   // rad^2, of the turn over the whole gap.
   double variance(double gap_s) const;
 

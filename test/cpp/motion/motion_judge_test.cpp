@@ -275,6 +275,24 @@ TEST(MotionJudge, AWheelSilentWithTheImuHasCountedOn) {
   }
 }
 
+// Of IMU and wheel half a minute long, after a drive on laps.
+TEST(MotionJudge, ARobotThatStandsInAGapOfAllDoesNotTurnInIt) {
+  constexpr double kLaps_s = 60.0, kGap_s = 30.0;
+  Robot robot({}, kSpeed);
+  robot.extra_rate = 0.3;
+  robot.drive(static_cast<int>(kLaps_s / to_seconds(kInterval)));
+  robot.speed = robot.wheel_speed = robot.extra_rate = 0.0;
+  robot.drive(10);
+  const double stands_m = *robot.judge.wheel().distance(from_seconds(robot.now()));
+  const TimeNs after = from_seconds(robot.now() + kGap_s);
+  robot.judge.add(WheelSample{after, stands_m});
+  robot.judge.add(ImuSample{after, {0, 0, 9.80665}, kBias});
+  double turned = 0.0;
+  for (const MotionStep& step : robot.judge.judge(after).steps)
+    turned += step.gap_turn.value_or(0.0);
+  EXPECT_NEAR(turned, 0.0, 0.05);
+}
+
 TEST(MotionJudge, TellsOfAStampRepeatedAndOfAJumpOfTheWheel) {
   MotionJudge judge{Config{}};
   EXPECT_TRUE(judge.add(ImuSample{from_seconds(1), {0, 0, 9.8}, kBias}));

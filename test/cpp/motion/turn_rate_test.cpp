@@ -109,12 +109,38 @@ TEST(TurnRate, CompletesTheStepsOfAGap) {
     StateInput input;
     input.time = from_seconds(from + kStep_s);
     input.steps = imu.steps(from_seconds(from), input.time);
-    turn_rate.complete(input, from_seconds(from), bias, imu);
+    turn_rate.complete(input, from_seconds(from), bias, imu, 0.0);
     for (const MotionStep& step : input.steps) turned += step.gap_turn.value_or(0.0);
     variance += input.turn_variance;
   }
   EXPECT_NEAR(turned, turn_rate.turn(kGap_s, {0.5, -0.2}, 0.0, kGap_s), 1e-3);
   EXPECT_NEAR(variance, turn_rate.variance(kGap_s), 1e-3);
+}
+
+// After laps, in the middle of a long gap: the mean goes on as far as the wheel tells more than it
+// does at rest.
+TEST(TurnRate, TheLapsGoOnWhileTheWheelTurns) {
+  constexpr double kMean = 0.4, kGap_s = 60.0, kFrom_s = 30.0, kResting_m = 0.01;
+  const Eigen::Vector3d level(0, 0, 9.8);
+  ImuHistory imu;
+  for (const double time : {-0.01, 0.0, kGap_s}) imu.insert({from_seconds(time), level, {0, 0, 0}});
+  TurnRate laps = learnt(0.1, 1.0, kMean);
+  const auto turned = [&](double rolled_m, bool has_wheel = true) {
+    StateInput input;
+    input.time = from_seconds(kFrom_s + kStep_s);
+    input.steps = imu.steps(from_seconds(kFrom_s), input.time);
+    input.has_wheel = has_wheel;
+    input.steps.front().wheel_m = rolled_m;
+    laps.complete(input, from_seconds(kFrom_s), {0, 0, 0}, imu, kResting_m);
+    double sum = 0.0;
+    for (const MotionStep& step : input.steps) sum += step.gap_turn.value();
+    return sum;
+  };
+  const double as_before = turned(0.0, false);
+  EXPECT_NEAR(as_before, kMean * kStep_s, 0.1 * kMean * kStep_s) << "no wheel tells";
+  EXPECT_NEAR(turned(100 * kResting_m), as_before, 1e-3 * as_before);
+  EXPECT_NEAR(turned(-kResting_m), 0.5 * as_before, 1e-6);
+  EXPECT_NEAR(turned(0.0), 0.0, 1e-6);
 }
 
 }  // namespace
