@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <map>
 #include <utility>
 
 #include "map/path/map_path.h"
@@ -13,6 +14,7 @@ namespace {
 
 // m along its run from a place: what lies nearer in the same run is no other pass.
 constexpr double kSamePass = 2.0;
+constexpr double kAlong = 2.0 * kNodeSpacing;  // m; a pass has a place so near, ahead or behind
 
 struct Place {
   KnownPlace known;
@@ -32,26 +34,62 @@ std::vector<Place> places_by_run(const GroundMap& ground,
   return all;
 }
 
-// Of each place, whether enough of the older ones lie beside it that are not crowded themselves.
-std::vector<bool> crowded(const std::vector<Place>& places, double lateral_sigma_m) {
-  double arm_m = 0.0;
-  for (const Place& place : places)
-    arm_m = std::max(arm_m, (place.antenna.p - place.known.pose.p).norm());
-  std::vector<bool> crowded;
-  for (const Place& here : places) {
-    PassFinder finder(here.antenna, 2.0 * kNodeSpacing, kLateralGate, arm_m);
-    for (std::size_t i = 0; i < crowded.size(); ++i) {
-      const Place& older = places[i];
-      const bool same_pass = older.run == here.run &&
-                             std::abs(older.known.distance_m - here.known.distance_m) < kSamePass;
-      if (i > 0 && older.run != places[i - 1].run) finder.interrupt();
-      if (crowded[i] || same_pass || older.known.map != here.known.map) {
-        finder.interrupt();
-      } else if (finder.may_be_near(older.known.pose)) {
-        finder.offer(i, older.antenna, true);
+// Finds places near by without a look at all of them: a map of ten kilometres has twenty thousand.
+class Squares {
+ public:
+  explicit Squares(double side_m) : side_m_(side_m) {}
+
+  void add(const Eigen::Vector2d& p, std::size_t place) { places_[at(p)].push_back(place); }
+
+  // At least those within a side, in the order of their numbers.
+  std::vector<std::size_t> near(const Eigen::Vector2d& p) const {
+    std::vector<std::size_t> near;
+    const auto [x, y] = at(p);
+    for (int dx = -1; dx <= 1; ++dx) {
+      for (int dy = -1; dy <= 1; ++dy) {
+        const auto square = places_.find({x + dx, y + dy});
+        if (square != places_.end())
+          near.insert(near.end(), square->second.begin(), square->second.end());
       }
     }
-    crowded.push_back(is_crowded(finder.passes(), lateral_sigma_m));
+    std::sort(near.begin(), near.end());
+    return near;
+  }
+
+ private:
+  std::pair<int, int> at(const Eigen::Vector2d& p) const {
+    const Eigen::Vector2d corner = (p / side_m_).array().floor();
+    return {static_cast<int>(corner.x()), static_cast<int>(corner.y())};
+  }
+  double side_m_;
+  std::map<std::pair<int, int>, std::vector<std::size_t>> places_;
+};
+
+// The passes beside a place among these older places, in order.
+std::vector<Pass> passes_beside(const Place& here, const std::vector<Place>& places,
+                                const std::vector<std::size_t>& older) {
+  PassFinder finder(here.antenna, kAlong, kLateralGate, 0.0);
+  std::size_t last = 0;
+  for (const std::size_t i : older) {
+    const Place& place = places[i];
+    const bool same_pass = place.run == here.run &&
+                           std::abs(place.known.distance_m - here.known.distance_m) < kSamePass;
+    if (same_pass || place.known.map != here.known.map) continue;
+    if (i != last + 1 || place.run != places[last].run) finder.interrupt();
+    finder.offer(i, place.antenna, true);
+    last = i;
+  }
+  return finder.passes();
+}
+
+// Of each place, whether enough of the older ones lie beside it that are not crowded themselves.
+std::vector<bool> crowded(const std::vector<Place>& places, double lateral_sigma_m) {
+  Squares kept(kAlong + kLateralGate);
+  std::vector<bool> crowded;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const Eigen::Vector2d& p = places[i].antenna.p;
+    crowded.push_back(is_crowded(passes_beside(places[i], places, kept.near(p)), lateral_sigma_m));
+    if (!crowded.back()) kept.add(p, i);
   }
   return crowded;
 }
