@@ -82,34 +82,40 @@ std::vector<Pass> passes_beside(const Place& here, const std::vector<Place>& pla
   return finder.passes();
 }
 
-// Of each place, whether enough of the older ones lie beside it that are not crowded themselves.
-std::vector<bool> crowded(const std::vector<Place>& places, double lateral_sigma_m) {
+// Of each place, whether enough of the older ones lie beside it that are not crowded themselves,
+// and one of them within the footprint: a lane beside one that was driven often has ground of its
+// own.
+std::vector<bool> are_known(const std::vector<Place>& places, double lateral_sigma_m) {
   Squares kept(kAlong + kLateralGate);
-  std::vector<bool> crowded;
+  std::vector<bool> known;
   for (std::size_t i = 0; i < places.size(); ++i) {
     const Eigen::Vector2d& p = places[i].antenna.p;
-    crowded.push_back(is_crowded(passes_beside(places[i], places, kept.near(p)), lateral_sigma_m));
-    if (!crowded.back()) kept.add(p, i);
+    const std::vector<Pass> passes = passes_beside(places[i], places, kept.near(p));
+    known.push_back(is_crowded(passes, lateral_sigma_m) &&
+                    std::any_of(passes.begin(), passes.end(), [&](const Pass& pass) {
+                      return std::abs(pass.lateral) < lateral_sigma_m;
+                    }));
+    if (!known.back()) kept.add(p, i);
   }
-  return crowded;
+  return known;
 }
 
-// The columns of the run from the first crowded place of each stretch to its last one, or to an end
+// The columns of the run from the first known place of each stretch to its last one, or to an end
 // of the run that has no other place.
 std::vector<gpr::MemoryRange> stretches(const std::vector<Place>& places,
-                                        const std::vector<bool>& crowded, std::size_t run,
+                                        const std::vector<bool>& known, std::size_t run,
                                         gpr::MemoryRange columns) {
   std::vector<gpr::MemoryRange> all;
-  bool is_first = true, was_crowded = false;
+  bool is_first = true, was_known = false;
   for (std::size_t i = 0; i < places.size(); ++i) {
     if (places[i].run != run) continue;
     const std::size_t column = places[i].known.column;
-    if (crowded[i] && !was_crowded) all.push_back({is_first ? columns.first : column, column});
-    if (crowded[i]) all.back().end = column + 1;
-    was_crowded = crowded[i];
+    if (known[i] && !was_known) all.push_back({is_first ? columns.first : column, column});
+    if (known[i]) all.back().end = column + 1;
+    was_known = known[i];
     is_first = false;
   }
-  if (was_crowded) all.back().end = columns.end;
+  if (was_known) all.back().end = columns.end;
   return all;
 }
 
@@ -125,14 +131,14 @@ bool is_crowded(const std::vector<Pass>& passes, double lateral_sigma_m) {
 GroundMap without_crowded(GroundMap ground, double lateral_sigma_m) {
   const std::vector<gpr::MemoryRange> runs = ground.runs();
   const std::vector<Place> places = places_by_run(ground, runs);
-  const std::vector<bool> is_crowded = crowded(places, lateral_sigma_m);
+  const std::vector<bool> known = are_known(places, lateral_sigma_m);
   const auto least = static_cast<std::size_t>(
       std::lround(ground.memory.options().least_m / ground.memory.spacing()));
   std::vector<gpr::MemoryRange> stays;
   bool all = true;
   for (std::size_t run = 0; run < runs.size(); ++run) {
     std::size_t from = runs[run].first;
-    for (const gpr::MemoryRange& stretch : stretches(places, is_crowded, run, runs[run])) {
+    for (const gpr::MemoryRange& stretch : stretches(places, known, run, runs[run])) {
       if (stretch.size() < least) continue;
       if (stretch.first - from >= least) stays.push_back({from, stretch.first});
       from = stretch.end;

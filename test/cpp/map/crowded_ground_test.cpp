@@ -92,7 +92,17 @@ TEST(CrowdedGround, OfWhatWasStoredUntiedTheNextTrackKeepsThreePasses) {
   EXPECT_EQ(stored_m(without_crowded(kept, 0.15).memory), stored_m(kept.memory));
 }
 
-// A pass a metre aside, one across, and one of another map are no passes beside.
+// The robot has left the lane that it drove again and again, for one 30 cm aside.
+TEST(CrowdedGround, ANewLaneBesideAnOldOneStays) {
+  GroundMap ground = ground_after(5, false);
+  for (KnownPlace& place : ground.places)
+    if (place.column / 1500 == 4) place.pose.p.y() += 0.3;
+  const GroundMap kept = without_crowded(ground, 0.15);
+  EXPECT_NEAR(stored_m(kept.memory), 4.0 * kWay, 0.2 * kWay);
+  EXPECT_NEAR(kept.places.back().pose.p.y(), 0.3, 0.01);
+}
+
+// A pass a metre aside, and one of another map, are no passes beside.
 TEST(CrowdedGround, WhatLiesElsewhereStays) {
   GroundMap ground = ground_after(5, false);
   const double stored = stored_m(ground.memory);
