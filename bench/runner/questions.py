@@ -297,21 +297,19 @@ def pair_faults(f: Figures) -> Iterator[Row]:
 
 def replays(f: Figures) -> Iterator[Row]:
     """Times, on the machine of the run."""
-    logs = f.parts("replay_speed")
-    for case in f.parts("replay_speed", 1):
-        times = f.each("replay_speed", *(f"{log}/{case}/times_real_time_cpu" for log in logs))
-        answer = ", ".join(["{:.0f}"] * len(logs)) + " times real time"
-        yield from told(f"replay of {', '.join(logs)}: {case}", "replay_speed", answer, *times)
-    if logs := f.parts("window_solvers"):
-        ceres, chain = (
-            ", ".join(whole(f.of("window_solvers", f"{log}/{key}")) for log in logs)
-            for key in ("ceres_x", "chain_x")
-        )
-        apart = max(f.all("window_solvers", (f"{log}/max_m" for log in logs)))
-        what = f"{', '.join(logs)} by Ceres; by the chain; apart by at most"
-        yield from listed(
-            what, "window_solvers", [ceres, f"{chain} times real time", f"{apart:.0e} m"]
-        )
+    logs = f.parts("window_solvers")
+    if not logs or not f.parts("replay_speed"):
+        return
+
+    def times(bench: str, key: str) -> str:
+        return ", ".join(whole(f.of(bench, f"{log}/{key}")) for log in logs)
+
+    default = times("replay_speed", "default/times_real_time_cpu")
+    by = [times("window_solvers", f"{solver}_x") for solver in ("ceres", "chain")]
+    apart = max(f.all("window_solvers", (f"{log}/max_m" for log in logs)))
+    what = f"replay of {', '.join(logs)}, times real time: default; by Ceres; by the chain; both "
+    what += "apart by at most"
+    yield [what, "; ".join([default, *by, f"{apart:.0e} m"]), "`replay_speed`, `window_solvers`"]
 
 
 def latencies(f: Figures) -> Iterator[Row]:
