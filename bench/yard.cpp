@@ -106,7 +106,7 @@ class Yard {
         if (day().seconds >= kDay || (piece > piece_ && day().seconds > 0)) days_.emplace_back();
         piece_ = piece;
         second(*runner);
-        if ((done_s_ + 1) % 3600 == 0 || done_s_ + 1 == seconds) tell();
+        if ((done_s_ + 1) % 3600 == 0 || done_s_ + 1 == end) tell();
       }
       timed([&] { return runner->finish(); });
       if (options_.smooth && last) smooth(*runner);
