@@ -12,9 +12,8 @@
 namespace gprodom {
 namespace {
 
-// m along its run from a place: what lies nearer in the same run is no other pass.
-constexpr double kSamePass = 2.0;
-constexpr double kAlong = 2.0 * kNodeSpacing;  // m; a pass has a place so near, ahead or behind
+// m along a track: a pass beside has a place so near, and in the same run it is the pass itself.
+constexpr double kNear = 2.0 * kNodeSpacing;
 
 struct Place {
   KnownPlace known;
@@ -68,12 +67,12 @@ class Squares {
 // The passes beside a place among these older places, in order.
 std::vector<Pass> passes_beside(const Place& here, const std::vector<Place>& places,
                                 const std::vector<std::size_t>& older) {
-  PassFinder finder(here.antenna, kAlong, kLateralGate, 0.0);
+  PassFinder finder(here.antenna, kNear, kLateralGate, 0.0);
   std::size_t last = 0;
   for (const std::size_t i : older) {
     const Place& place = places[i];
-    const bool same_pass = place.run == here.run &&
-                           std::abs(place.known.distance_m - here.known.distance_m) < kSamePass;
+    const bool same_pass =
+        place.run == here.run && std::abs(place.known.distance_m - here.known.distance_m) < kNear;
     if (same_pass || place.known.map != here.known.map) continue;
     if (i != last + 1 || place.run != places[last].run) finder.interrupt();
     finder.offer(i, place.antenna, true);
@@ -86,7 +85,7 @@ std::vector<Pass> passes_beside(const Place& here, const std::vector<Place>& pla
 // and one of them within the footprint: a lane beside one that was driven often has ground of its
 // own.
 std::vector<bool> are_known(const std::vector<Place>& places, double lateral_sigma_m) {
-  Squares kept(kAlong + kLateralGate);
+  Squares kept(kNear + kLateralGate);
   std::vector<bool> known;
   for (std::size_t i = 0; i < places.size(); ++i) {
     const Eigen::Vector2d& p = places[i].antenna.p;

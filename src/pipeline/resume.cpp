@@ -95,8 +95,8 @@ void Pipeline::set_ground(GroundMap ground) {
   has_earlier_ground_ = !ground.places.empty();
   located_ = false;
   map_ = std::make_unique<MapTask>(config_, execution_, std::move(ground));
-  // To read a map takes several times the memory that it is kept in, among what stays: the
-  // allocator would not give that back by itself.
+  // Reading a map needs several times the memory in which it is kept. What is freed of that stays
+  // with the allocator unless it is asked.
   malloc_trim(0);
 }
 

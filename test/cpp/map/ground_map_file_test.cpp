@@ -123,8 +123,7 @@ TEST(GroundMapFile, GroundIsFoundAgainAfterLoading) {
   EXPECT_EQ(found.right, found.patches);
 }
 
-// Waves are slower by 8 % on another day: only with travel times stretched is the place found.
-// They are made a block of columns at a time.
+// Features are made a block of columns at a time.
 TEST(GroundMapFile, FeaturesOfALongRunAreThoseOfAllItsColumnsAtOnce) {
   GroundMap ground{gpr::TraceMemoryOptions()};
   drive(ground, 1, 0.0, 35.0);
@@ -137,6 +136,7 @@ TEST(GroundMapFile, FeaturesOfALongRunAreThoseOfAllItsColumnsAtOnce) {
   EXPECT_LE((loaded.memory.patch(run) - at_once).cwiseAbs().maxCoeff(), 0.6F * kLevel);
 }
 
+// Waves are slower by 8 % on another day: only with travel times stretched is the place found.
 TEST(GroundMapFile, ChangedGroundIsFoundByItsStretch) {
   GroundMap ground = read(written(driven(12.0)));
   const std::size_t end = ground.memory.kept().end;
