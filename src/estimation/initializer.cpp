@@ -306,7 +306,7 @@ double accel_scale_on_the_move(const std::vector<ImuSample>& samples) {
 
 Initialization initialize_moving(const Config& config, const std::vector<ImuSample>& measured,
                                  const WheelAtStart& wheel, const GyroBias& gyro_bias,
-                                 double accel_scale) {
+                                 double accel_scale, bool must) {
   if (config.initializer.wait_for_standstill)
     return {std::nullopt, "initializer.wait_for_standstill: hold the robot still to start"};
   if (std::string why = too_few(measured, config.initializer.duration); !why.empty())
@@ -323,7 +323,7 @@ Initialization initialize_moving(const Config& config, const std::vector<ImuSamp
   const double acceleration = (wheel.end_mps - wheel.begin_mps) / scale / (duration - over);
   const Vector3d force =
       accel.mean - Vector3d(acceleration, 0, 0) - gyro.mean.cross(Vector3d(speed, 0, 0));
-  if (off_gravity(force.norm()) > kOffOnTheMove)
+  if (!must && off_gravity(force.norm()) > kOffOnTheMove)
     return {std::nullopt, refuse("specific force %.3f m/s^2 is not gravity (%.3f): check the IMU",
                                  force.norm(), kStandardGravity)};
   InitialState initial;

@@ -73,9 +73,10 @@ struct GyroBias {
 
 // On the move, from the same kind of samples: tilt from the mean force less the part that wheel and
 // gyro explain; speed from the wheel. The solutions of the first seconds improve this state. It is
-// surer if the wheel agrees with the accelerations. accel_scale: of the samples' forces.
+// surer if the wheel agrees with the accelerations. accel_scale: of the samples' forces. must: even
+// if the mean force is off gravity.
 Initialization initialize_moving(const Config& config, const std::vector<ImuSample>& samples,
                                  const WheelAtStart& wheel, const GyroBias& gyro_bias = {},
-                                 double accel_scale = 1.0);
+                                 double accel_scale = 1.0, bool must = false);
 
 }  // namespace gprodom

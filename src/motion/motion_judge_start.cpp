@@ -42,7 +42,7 @@ WheelSpeeds speeds(const WheelHistory& wheel, TimeNs from, TimeNs to) {
 
 }  // namespace
 
-Initialization MotionJudge::initialize() {
+Initialization MotionJudge::initialize(bool has_begun) {
   const TimeNs from = imu_now_ - from_seconds(config_.initializer.duration);
   const TimeNs driven_from = imu_now_ - kStartOnTheMove;
   const TimeNs since = std::max(first_imu_, imu_now_ - kStartAnyway);
@@ -58,7 +58,7 @@ Initialization MotionJudge::initialize() {
   WheelAtStart wheel = wheel_at_start(from);
   if (imu_now_ - first_imu_ > kStartOnTheMove && wheel.path_m > kMoving_m) {
     const TimeNs wheel_to = std::min(imu_now_, wheel_now_);
-    const bool waits = imu_now_ - first_imu_ < kStartAnyway;
+    const bool soon = imu_now_ - first_imu_ < kStartAnyway, waits = soon && !has_begun;
     wheel.agrees =
         speeds_agree(imu_.between(driven_from, imu_now_), speeds(wheel_, driven_from, wheel_to));
     if (!wheel.agrees && waits)
@@ -71,9 +71,9 @@ Initialization MotionJudge::initialize() {
         return {std::nullopt, "on the move, and the gyro's bias does not show yet"};
       gyro_bias = GyroBias{Eigen::Vector3d::Zero(), size.sigma};
     }
-    const double accel_scale = waits ? 1.0 : accel_scale_on_the_move(imu_.between(since, imu_now_));
-    Initialization moving =
-        initialize_moving(config_, imu_.between(from, imu_now_), wheel, *gyro_bias, accel_scale);
+    const double accel_scale = soon ? 1.0 : accel_scale_on_the_move(imu_.between(since, imu_now_));
+    Initialization moving = initialize_moving(config_, imu_.between(from, imu_now_), wheel,
+                                              *gyro_bias, accel_scale, has_begun);
     if (moving.initial) divide_forces(accel_scale);
     if (moving.initial) return moving;
   }

@@ -159,8 +159,11 @@ void Pipeline::start() {
   }
   next_start_try_ = imu_now_ + kSecond / 10;
   level_imu();
-  if (imu_now_ < begins_at_) return;
-  auto [initial, refusal] = motion_.initialize();
+  if (imu_now_ < begins_at_) {
+    next_start_try_ = std::min(next_start_try_, begins_at_);
+    return;
+  }
+  auto [initial, refusal] = motion_.initialize(begins_at_ > 0);
   health_.set("start", HealthLevel::kDegraded, initial ? "" : refusal);
   if (!initial) return;
   imu_mounting_.divide_forces(initial->accel_scale);

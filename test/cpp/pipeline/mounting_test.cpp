@@ -5,10 +5,12 @@
 #include <cmath>
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "gprodom/config.h"
 #include "gprodom/odometry.h"
+#include "pipeline/pipeline.h"
 #include "pipeline/test_drive.h"
 #include "support/temporary_folder.h"
 #include "support/told.h"
@@ -148,6 +150,24 @@ TEST(Mounting, AWrongYawIsCorrected) {
   const Driven wrong = drive(config, along_body);
   EXPECT_TRUE(wrong.told("contradict"));
   EXPECT_LT(wrong.error_m(), 0.06);
+}
+
+// On the move, with a wheel that jumps and a mean force that is off gravity: a first estimate would
+// wait. One of data that have been estimated before begins where that one did, or odom would turn.
+TEST(Mounting, DataAreEstimatedAgainFromWhereTheFirstEstimateBegan) {
+  StartingPoint again;
+  again.begins_at = kDriveStart + 523 * kImuPeriod;
+  Pipeline pipeline(without_radar(), Execution::kInline, {}, std::move(again));
+  Outputs all;
+  for (int i = 0; i < 600; ++i) {
+    ImuSample imu = resting_imu(kDriveStart + i * kImuPeriod, i);
+    imu.acceleration.x() += 5.0;
+    pipeline.add(imu);
+    pipeline.add(WheelSample{imu.time, 0.01 * i + (i > 400 ? 0.3 : 0.0)});
+    append(all, pipeline.step());
+  }
+  ASSERT_FALSE(all.odometry.empty());
+  EXPECT_NEAR(to_seconds(all.odometry.front().time - kDriveStart), 5.23, 0.02);
 }
 
 // Solutions of threads may come late here, so only the course of events is as above.
