@@ -70,11 +70,9 @@ double unsteadiness(const std::vector<ImuSample>& samples, Vector3d ImuSample::*
 // rolls exceeds them.
 constexpr double kSteadyRate = 0.005, kSteadyForce = 0.05;  // rad/s, m/s^2
 
-// Of the samples of a robot that stands with its engine off. A MEMS IMU shows a tenth of both
-// deviations; the mean rate is what an uncalibrated gyro may be off by.
+// Of the samples of a robot that stands with its engine off. A MEMS IMU shows a tenth of both.
 constexpr double kMaxGyroDeviation = 0.02;  // rad/s
 constexpr double kMaxAccelDeviation = 0.2;  // m/s^2
-constexpr double kMaxMeanRate = 0.05;       // rad/s
 
 // Standard deviations of white noise that parts exceed in one of a thousand standstills.
 constexpr double kBeyondChance = 2.5;
@@ -116,11 +114,11 @@ std::string reason_against(const Config& config, const std::vector<ImuSample>& s
         "accelerometer deviation %.3f m/s^2 (limit %.3f): hold the "
         "robot still",
         accel.deviation, kMaxAccelDeviation);
-  if (gyro.mean.norm() > kMaxMeanRate)
+  if (gyro.mean.norm() > kMaxGyroBias)
     return refuse(
         "mean rate %.4f rad/s (limit %.4f): turning, or a gyro out "
         "of calibration",
-        gyro.mean.norm(), kMaxMeanRate);
+        gyro.mean.norm(), kMaxGyroBias);
   if (off_gravity(accel.mean.norm()) > kOffByBias)
     return refuse("specific force %.3f m/s^2 is not gravity (%.3f): check the IMU's units",
                   accel.mean.norm(), kStandardGravity);

@@ -55,6 +55,9 @@ bool steady_means(const std::vector<ImuSample>& samples, double most_rate, doubl
 Initialization initialize(const Config& config, const std::vector<ImuSample>& samples,
                           const WheelAtStart& wheel, double share = 1.0);
 
+// What an uncalibrated gyro may be off by.
+inline constexpr double kMaxGyroBias = 0.05;  // rad/s
+
 // Standard deviation of the bias of an uncalibrated MEMS gyro of good quality.
 inline constexpr double kUsualGyroBias = 0.002;  // rad/s
 

@@ -93,7 +93,8 @@ GyroBiasSize gyro_bias_size(const std::vector<ImuSample>& samples, const WheelSp
     }
     size2 = sum / (kWeight + 2);
   }
-  if (!std::isfinite(size2)) return {};
+  // Beyond what a gyro may be off by, it is the accelerations that are wrong, and tell nothing.
+  if (!(size2 < kMaxGyroBias * kMaxGyroBias)) return {};
   return {std::sqrt(std::max(size2, kUsual2)), std::min(x.sigma, y.sigma) < 2 * kUsualGyroBias};
 }
 
