@@ -106,11 +106,12 @@ struct StateResult {
   bool bridged = false;  // IMU data were missing
   bool carried = false;  // for so long that the wheel alone predicts the state
   int displacements_used = 0, displacements_dropped = 0;
-  // Slip that was not detected (motion/slip_drift.h); not part of `covariance`. Standard deviation
-  // of l over the last interval (as it is, and if no antennas had measured the distance), and the
-  // covariance of the position (x, y, m^2) that results.
+  // Slip that was not detected (motion/slip_drift.h): standard deviation of l over the last
+  // interval (as it is, and if no antennas had measured the distance).
   double slip_sigma = 0.0, unmeasured_slip_sigma = 0.0;
-  Eigen::Matrix2d slip_covariance = Eigen::Matrix2d::Zero();
+  // Of the position (x, y, m^2), by that slip and by a heading that is lost
+  // (motion/lost_heading.h); not part of `covariance`.
+  Eigen::Matrix2d unmodelled_covariance = Eigen::Matrix2d::Zero();
   std::vector<WayPoint> way;  // of the window's states, if antennas in a row are matched along it
   int factors_used = 0;
   // Information of these factors on the position (x, y), 1/m^2.

@@ -253,7 +253,8 @@ void Pipeline::adopt(StateResult result, TimeNs effective) {
   result.unmeasured_slip_sigma = slip_drift_.sigma();
   result.slip_sigma = measured ? 0.0 : slip_drift_.sigma();
   if (result.settled) result.settled_slip_by_pair = motion_.slip_left_by_pair(result.settled->time);
-  result.slip_covariance = slip_drift_.covariance();
+  lost_heading_.advance(result.state, result.covariance(row::kTheta + 2, row::kTheta + 2));
+  result.unmodelled_covariance = slip_drift_.covariance() + lost_heading_.covariance();
   const Eigen::Vector3d before = prediction_.position();
   prediction_.rebase(result, noise, motion_.wheel_contact(), motion_.imu());
   motion_.adopt(result);

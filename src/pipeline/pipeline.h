@@ -23,6 +23,7 @@
 #include "input/mounting_search.h"
 #include "input/mounting_watch.h"
 #include "map/map_task.h"
+#include "motion/lost_heading.h"
 #include "motion/motion_judge.h"
 #include "motion/slip_drift.h"
 #include "persist/learnt.h"
@@ -217,6 +218,7 @@ class Pipeline {
   TimeNs next_state_ = 0;
   Prediction prediction_;
   SlipDrift slip_drift_;
+  LostHeading lost_heading_;
   gpr::AntennaFilter antenna_filter_;
   gpr::Travel travel_;  // along which antennas in a row are matched; empty without them
 

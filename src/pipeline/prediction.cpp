@@ -42,7 +42,7 @@ const PredictedWay* Prediction::way(TimeNs to) const {
 OdometryEstimate Prediction::advance(const ImuHistory& imu, TimeNs now) {
   integrate(imu, time_, now);
   OdometryEstimate estimate = predict(base_.state, base_.covariance, since_, kStandardGravity);
-  estimate.pose_covariance.topLeftCorner<2, 2>() += base_.slip_covariance;
+  estimate.pose_covariance.topLeftCorner<2, 2>() += base_.unmodelled_covariance;
   if (!base_.standing && !lost()) distance_m_ += estimate.v_body.norm() * to_seconds(now - time_);
   if (!lost()) p_counted_odom_ = estimate.p_odom_body;
   time_ = now;

@@ -52,7 +52,7 @@ PathState path_state(const StateResult& newest) {
   const Vector3d with_scale = newest.covariance.col(row::kScale)(kRows);
   const Matrix3d to_pose = lever(state.pose.p);
   state.pose_covariance = to_pose * state.covariance * to_pose.transpose();
-  state.pose_covariance.topLeftCorner<2, 2>() += newest.slip_covariance;
+  state.pose_covariance.topLeftCorner<2, 2>() += newest.unmodelled_covariance;
   state.slip_sigma = newest.slip_sigma;
   state.unmeasured_slip_sigma = newest.unmeasured_slip_sigma;
   const double variance = newest.covariance(row::kScale, row::kScale);
