@@ -2,6 +2,7 @@
 #pragma once
 
 #include <exception>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -80,8 +81,8 @@ class GPRODOM_EXPORT Odometry {
 
   // After finish(): time and pose in `map` of every state, from one solution over all data since
   // the start, including revisits; the other fields are empty. Throws std::runtime_error if nothing
-  // was recorded, or if there is no solution.
-  std::vector<OdometryEstimate> smoothed() const;
+  // was recorded, or if there is no solution. antennas: of the fixes that it uses, by antenna_id.
+  std::vector<OdometryEstimate> smoothed(std::map<int, FixAntenna>* antennas = nullptr) const;
 
   Timing timing() const;
 

@@ -34,4 +34,10 @@ struct PositionFix {
   double heading_sigma = 0.0;  // rad
 };
 
+// Where an antenna of fixes is, as found.
+struct FixAntenna {
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();  // m; in body
+  double delay = 0.0;                               // s; its fixes are of so long before
+};
+
 }  // namespace gprodom

@@ -73,7 +73,7 @@ ReplayStats Replay::run(const ReplayHooks& hooks) {
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   stats_.timing = runner_.timing();
   if (smoothed_ && stats_.poses > 0) {
-    for (const auto& pose : runner_.smoothed()) smoothed_->write(pose);
+    for (const auto& pose : runner_.smoothed(&stats_.antennas)) smoothed_->write(pose);
     smoothed_->close();
   }
   writer_.close();

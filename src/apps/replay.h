@@ -36,6 +36,7 @@ struct ReplayStats {
   double wall_seconds = 0.0;
   Timing timing;
   Status last_status;
+  std::map<int, FixAntenna> antennas;  // as the smoothed solution finds them
 };
 
 struct ReplayHooks {

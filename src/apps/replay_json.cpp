@@ -34,6 +34,12 @@ std::string json(const std::vector<std::string>& texts) {
   return "[" + list + "]";
 }
 
+std::string json(const FixAntenna& antenna) {
+  const Eigen::Vector3d& p = antenna.place;
+  return "{\"place\": [" + json(p.x()) + ", " + json(p.y()) + ", " + json(p.z()) +
+         "], \"delay\": " + json(antenna.delay) + "}";
+}
+
 template <class Value>
 std::string json(const std::map<std::string, Value>& values) {
   std::string object;
@@ -57,6 +63,8 @@ std::string to_json(const ReplayStats& stats) {
   for (std::size_t i = 0; i < status.names.size() && i < status.values.size(); ++i) {
     values[status.names[i]] = status.values[i];
   }
+  std::map<std::string, FixAntenna> antennas;
+  for (const auto& [id, antenna] : stats.antennas) antennas[std::to_string(id)] = antenna;
   const double ratio = stats.wall_seconds > 0 ? stats.log_seconds / stats.wall_seconds : 0.0;
   return "{\n  \"read\": " + json(stats.read) + ",\n  \"published\": " + json(stats.published) +
          ",\n  \"unused\": " + json(stats.unused) + ",\n  \"refused\": " + json(stats.refused) +
@@ -66,7 +74,7 @@ std::string to_json(const ReplayStats& stats) {
          ",\n  \"wall_seconds\": " + json(stats.wall_seconds) +
          ",\n  \"times_real_time\": " + json(ratio) +
          ",\n  \"solver\": " + json(stats.timing.solver) +
-         ",\n  \"radar\": " + json(stats.timing.radar) +
+         ",\n  \"radar\": " + json(stats.timing.radar) + ",\n  \"antennas\": " + json(antennas) +
          ",\n  \"health\": " + json(name_of(status.health)) +
          ",\n  \"reasons\": " + json(status.reasons) + ",\n  \"values\": " + json(values) + "\n}\n";
 }

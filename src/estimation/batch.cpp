@@ -25,8 +25,9 @@ void Batch::add_factor(size_t a, size_t b, std::shared_ptr<const Factor> factor)
 }
 
 size_t Batch::add_fix(Fix fix) {
-  if (fix.a >= fix.b || fix.b >= states_.size() || (fix.before && *fix.before >= fixes_.size()))
-    throw std::invalid_argument("Batch: no such states, or no such fix before");
+  if (fix.a >= fix.b || fix.b >= states_.size() || (fix.before && *fix.before >= fixes_.size()) ||
+      fix.antenna >= antennas_.size())
+    throw std::invalid_argument("Batch: no such states, fix before or antenna");
   fixes_.push_back(std::move(fix));
   return fixes_.size() - 1;
 }
@@ -52,7 +53,24 @@ void Batch::set_slips(const std::vector<std::optional<double>>& slips) {
   }
 }
 
-std::vector<NavState> Batch::solve(const Options& options) const {
+namespace {
+
+ceres::Solver::Options solver_options(int max_iterations) {
+  ceres::Solver::Options solver;
+  solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  solver.max_num_iterations = max_iterations;
+  solver.function_tolerance = 1e-16;
+  solver.gradient_tolerance = 1e-14;
+  solver.parameter_tolerance = 1e-12;
+  solver.num_threads = 1;
+  solver.logging_type = ceres::SILENT;
+  return solver;
+}
+
+}  // namespace
+
+std::vector<NavState> Batch::solve(const Options& options,
+                                   std::vector<Eigen::Vector3d>* antennas) const {
   std::vector<StateParameters> x(states_.size());
   // Positions and velocities are additive here. With the chart of nav_state.h, which rotates about
   // the origin, a small rotation would be a long displacement far from the origin, and steps would
@@ -76,26 +94,23 @@ std::vector<NavState> Batch::solve(const Options& options) const {
     for (size_t i = way.a; i <= way.b; ++i) states.push_back(x[i].data());
     add_to(problem, way, states);
   }
+  std::vector<Eigen::Vector3d> unknown(antennas_.size(), Eigen::Vector3d::Zero());
+  for (size_t i = 0; i < unknown.size(); ++i) add_to(problem, antennas_[i], unknown[i].data());
   std::vector<Eigen::Vector2d> lasting(fixes_.size(), Eigen::Vector2d::Zero());
   for (size_t i = 0; i < fixes_.size(); ++i) {
     const Fix& fix = fixes_[i];
     double* before = fix.before ? lasting[*fix.before].data() : nullptr;
-    add_to(problem, fix, {x[fix.a].data(), x[fix.b].data(), lasting[i].data(), before});
+    add_to(
+        problem, fix,
+        {x[fix.a].data(), x[fix.b].data(), lasting[i].data(), before, unknown[fix.antenna].data()});
   }
 
-  ceres::Solver::Options solver;
-  solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  solver.max_num_iterations = options.max_iterations;
-  solver.function_tolerance = 1e-16;
-  solver.gradient_tolerance = 1e-14;
-  solver.parameter_tolerance = 1e-12;
-  solver.num_threads = 1;
-  solver.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
-  ceres::Solve(solver, &problem, &summary);
+  ceres::Solve(solver_options(options.max_iterations), &problem, &summary);
   if (!summary.IsSolutionUsable())
     throw std::runtime_error("batch solution failed: " + summary.message);
 
+  if (antennas) *antennas = std::move(unknown);
   std::vector<NavState> solved;
   solved.reserve(states_.size());
   for (size_t i = 0; i < states_.size(); ++i)

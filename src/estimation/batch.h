@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "estimation/factors.h"
@@ -32,7 +33,15 @@ class Batch {
     double white = 1.0;
     std::optional<size_t> before = {};
     double kept = 0.0;
+    size_t antenna = 0;  // its number
   };
+  // What is not known of an antenna of fixes, standard deviations: x and y of its place on the
+  // robot (m), and how late its positions come (s). One of them 0: both are known.
+  struct Antenna {
+    double place_sigma = 0.0, delay_sigma = 0.0;
+  };
+  // By their numbers, before their fixes are added. At first there is one that is known.
+  void set_antennas(std::vector<Antenna> antennas) { antennas_ = std::move(antennas); }
   // Its number, from 0.
   size_t add_fix(Fix fix);
 
@@ -63,8 +72,10 @@ class Batch {
     bool robust = true;  // false: every row quadratic
     int max_iterations = 50;
   };
-  // Throws std::runtime_error if Ceres finds no usable solution.
-  std::vector<NavState> solve(const Options& options) const;
+  // antennas: what is found of each, as FixFactor has it. Throws std::runtime_error if Ceres finds
+  // no usable solution.
+  std::vector<NavState> solve(const Options& options,
+                              std::vector<Eigen::Vector3d>* antennas = nullptr) const;
 
   const std::vector<NavState>& states() const { return states_; }
   size_t size() const { return states_.size(); }
@@ -79,6 +90,7 @@ class Batch {
   std::vector<NavState> states_;
   std::vector<Link> links_;
   std::vector<Fix> fixes_;
+  std::vector<Antenna> antennas_{Antenna()};
   std::vector<Way> ways_;
 };
 

@@ -97,26 +97,30 @@ void set(double diagonal, double* jacobian) {
   J = diagonal * Eigen::Matrix2d::Identity();
 }
 
-// 1/sqrt(white) (r - g), with r the residual of the fix by its whole variance.
+// 1/sqrt(white) (r - g), with r the residual of the fix by its whole variance. Parameters: two
+// states, g, the antenna.
 class FixCost final : public ceres::CostFunction {
  public:
   FixCost(FixFactor fix, double white) : fix_(std::move(fix)), weight_(1 / std::sqrt(white)) {
     set_num_residuals(2);
-    *mutable_parameter_block_sizes() = {ambient::kSize, ambient::kSize, 2};
+    *mutable_parameter_block_sizes() = {ambient::kSize, ambient::kSize, 2, 3};
   }
 
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override {
     const NavState a = from_parameters(parameters[0]), b = from_parameters(parameters[1]);
-    Residual r;
-    Jacobian Ja, Jb;
-    fix_.evaluate(a, b, r, jacobians ? &Ja : nullptr, jacobians ? &Jb : nullptr);
+    FixFactor::Jacobians J;
+    const Eigen::Vector2d r =
+        fix_.evaluate(a, b, Eigen::Vector3d::ConstMapType(parameters[3]), jacobians ? &J : nullptr);
     if (!r.allFinite()) return false;
     for (int i = 0; i < 2; ++i) residuals[i] = weight_ * (r[i] - parameters[2][i]);
     if (!jacobians) return true;
-    if (jacobians[0]) to_ambient(a, weight_ * Ja, jacobians[0]);
-    if (jacobians[1]) to_ambient(b, weight_ * Jb, jacobians[1]);
+    if (jacobians[0]) to_ambient(a, weight_ * J.a, jacobians[0]);
+    if (jacobians[1]) to_ambient(b, weight_ * J.b, jacobians[1]);
     if (jacobians[2]) set(-weight_, jacobians[2]);
+    if (!jacobians[3]) return true;
+    Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> by_antenna(jacobians[3]);
+    by_antenna = weight_ * J.antenna;
     return true;
   }
 
@@ -204,7 +208,7 @@ std::vector<ceres::ResidualBlockId> add_to(ceres::Problem& problem,
 
 void add_to(ceres::Problem& problem, const Batch::Fix& fix, const FixBlocks& blocks) {
   problem.AddResidualBlock(new FixCost(fix.place, fix.white), nullptr, blocks.a, blocks.b,
-                           blocks.lasting);
+                           blocks.lasting, blocks.antenna);
   if (fix.white >= 1.0) {
     problem.SetParameterBlockConstant(blocks.lasting);
     return;
@@ -218,6 +222,18 @@ void add_to(ceres::Problem& problem, const Batch::Fix& fix, const FixBlocks& blo
     problem.AddResidualBlock(
         new ceres::NormalPrior(weight * Eigen::Matrix2d::Identity(), Eigen::Vector2d::Zero()),
         nullptr, blocks.lasting);
+}
+
+void add_to(ceres::Problem& problem, const Batch::Antenna& known, double* antenna) {
+  problem.AddParameterBlock(antenna, 3);
+  if (known.place_sigma <= 0.0 || known.delay_sigma <= 0.0) {
+    problem.SetParameterBlockConstant(antenna);
+    return;
+  }
+  const Eigen::Vector3d sigmas(known.place_sigma, known.place_sigma, known.delay_sigma);
+  const Eigen::Matrix3d weight = sigmas.cwiseInverse().asDiagonal();
+  problem.AddResidualBlock(new ceres::NormalPrior(weight, Eigen::Vector3d::Zero()), nullptr,
+                           antenna);
 }
 
 void add_to(ceres::Problem& problem, const Batch::Way& counted,

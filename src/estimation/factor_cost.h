@@ -17,13 +17,15 @@ std::vector<ceres::ResidualBlockId> add_to(ceres::Problem& problem,
                                            const std::shared_ptr<const Factor>& factor, double* a,
                                            double* b, bool robust = true);
 
-// A fix with its lasting error, in its standard deviations, and that of the fix before it (null:
-// there is none).
+// A fix with its lasting error, in its standard deviations, that of the fix before it (null: there
+// is none), and its antenna.
 struct FixBlocks {
   double *a, *b;                     // states
   double *lasting, *lasting_before;  // 2
+  double* antenna;                   // 3, as FixFactor has them
 };
 void add_to(ceres::Problem& problem, const Batch::Fix& fix, const FixBlocks& blocks);
+void add_to(ceres::Problem& problem, const Batch::Antenna& known, double* antenna);
 
 // states: all from the one to the other end of the way.
 void add_to(ceres::Problem& problem, const Batch::Way& counted, const std::vector<double*>& states);

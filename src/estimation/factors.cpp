@@ -315,25 +315,33 @@ void RevisitFactor::evaluate(const NavState& a, const NavState& b, Residual& r, 
 }
 
 FixFactor::FixFactor(const Eigen::Vector2d& p, const Eigen::Matrix2d& covariance,
-                     const Vector3d& lever_arm, double share)
-    : p_(p), lever_arm_(lever_arm), share_(share) {
+                     const Vector3d& lever_arm, double share, double seconds)
+    : p_(p), lever_arm_(lever_arm), share_(share), seconds_(seconds) {
   const Eigen::LLT<Eigen::Matrix2d> root(covariance);
   if (root.info() != Eigen::Success)
     throw std::invalid_argument("FixFactor: the covariance is not positive definite");
   whitening_ = root.matrixL().solve(Eigen::Matrix2d::Identity());
 }
 
-void FixFactor::evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
-                         Jacobian* Jb) const {
-  resize(r, Ja, Jb, 2);
-  const BodyPoint ca(a, lever_arm_), cb(b, lever_arm_);
-  r = whitening_ * ((1 - share_) * ca.c + share_ * cb.c).head<2>() - whitening_ * p_;
-  if (!Ja) return;
+Eigen::Vector2d FixFactor::evaluate(const NavState& a, const NavState& b, const Vector3d& antenna,
+                                    Jacobians* J) const {
+  const Vector3d arm = lever_arm_ + Vector3d(antenna.x(), antenna.y(), 0.0);
+  const BodyPoint ca(a, arm), cb(b, arm);
+  const double share = share_ - antenna.z() / seconds_;
+  const Vector3d seen = (1 - share) * ca.c + share * cb.c;
+  const Eigen::Vector2d r = whitening_ * (seen.head<2>() - p_);
+  if (!J) return r;
   const Eigen::Matrix<double, 2, 3> W = whitening_ * Eigen::Matrix<double, 2, 3>::Identity();
-  Ja->block<2, 3>(0, row::kTheta) = (1 - share_) * W * ca.d_theta();
-  Ja->block<2, 3>(0, row::kP) = (1 - share_) * W;
-  Jb->block<2, 3>(0, row::kTheta) = share_ * W * cb.d_theta();
-  Jb->block<2, 3>(0, row::kP) = share_ * W;
+  J->a.setZero(2, kStateDim);
+  J->b.setZero(2, kStateDim);
+  J->a.block<2, 3>(0, row::kTheta) = (1 - share) * W * ca.d_theta();
+  J->a.block<2, 3>(0, row::kP) = (1 - share) * W;
+  J->b.block<2, 3>(0, row::kTheta) = share * W * cb.d_theta();
+  J->b.block<2, 3>(0, row::kP) = share * W;
+  const Matrix3d turned =
+      (1 - share) * a.q_odom_body.toRotationMatrix() + share * b.q_odom_body.toRotationMatrix();
+  J->antenna << W * turned.leftCols<2>(), -1 / seconds_ * W * (cb.c - ca.c);
+  return r;
 }
 
 }  // namespace gprodom

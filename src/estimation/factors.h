@@ -216,23 +216,27 @@ class RevisitFactor final : public Factor {
 };
 
 // A position from outside, between two states in a row: L^-1 ((1 - s) c_a + s c_b - p) with c = p +
-// R l of the antenna, s the share of the time between them, L L^T the covariance; x and y, m.
-class FixFactor final : public Factor {
+// R l of the antenna, s the share of the time between them, L L^T the covariance; x and y, m. The
+// antenna is an unknown, too.
+class FixFactor {
  public:
-  // p and covariance in the frame of the states. Throws std::invalid_argument if the covariance is
-  // not positive definite.
+  // p and covariance in the frame of the states; share: of the seconds between them, where the fix
+  // comes without delay. Throws std::invalid_argument if the covariance is not positive definite.
   FixFactor(const Eigen::Vector2d& p, const Eigen::Matrix2d& covariance,
-            const Eigen::Vector3d& lever_arm, double share);
-  int dimension() const override { return 2; }
-  void evaluate(const NavState& a, const NavState& b, Residual& r, Jacobian* Ja,
-                Jacobian* Jb) const override;
-  bool measures_place() const override { return true; }
+            const Eigen::Vector3d& lever_arm, double share, double seconds);
+  // antenna: what is added to x and y of the lever arm (m), and how late the fix comes (s).
+  struct Jacobians {
+    Jacobian a, b;
+    Eigen::Matrix<double, 2, 3> antenna;
+  };
+  Eigen::Vector2d evaluate(const NavState& a, const NavState& b, const Eigen::Vector3d& antenna,
+                           Jacobians* J) const;
 
  private:
   Eigen::Vector2d p_;
   Eigen::Matrix2d whitening_;
   Eigen::Vector3d lever_arm_;
-  double share_;
+  double share_, seconds_;
 };
 
 }  // namespace gprodom

@@ -35,7 +35,9 @@ class Runner {
   void record() { odometry_.record(); }
 
   // After finish(): every state in map from one solution over all data (Odometry::smoothed()).
-  std::vector<OdometryEstimate> smoothed() const { return odometry_.smoothed(); }
+  std::vector<OdometryEstimate> smoothed(std::map<int, FixAntenna>* antennas = nullptr) const {
+    return odometry_.smoothed(antennas);
+  }
 
   Timing timing() const { return odometry_.timing(); }
 

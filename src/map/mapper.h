@@ -87,8 +87,10 @@ struct Revisit {
 // A fix that the solution uses.
 struct UsedFix {
   TimeNs time = 0;
-  FixEdge edge;             // without its place at a node
-  Eigen::Vector3d antenna;  // in body
+  FixEdge edge;  // without its place at a node
+  int antenna = 0;
+  Eigen::Vector3d lever_arm = Eigen::Vector3d::Zero();  // of the antenna in body
+  double arm_sigma = 0.0;                               // Anchor
 };
 
 // A piece of the track: from its time to that of the next piece.

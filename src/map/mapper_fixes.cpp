@@ -220,7 +220,8 @@ std::vector<UsedFix> Mapper::used_fixes() const {
   const std::vector<FixEdge>& edges = graph_ ? graph_->fixes() : std::vector<FixEdge>();
   for (std::size_t i = 0; tied_ && i < edges.size(); ++i) {
     const Anchor& anchor = fixes_.anchors()[i];
-    used.push_back({anchor.mark.time(), edges[i], anchor.lever_arm});
+    used.push_back(
+        {anchor.mark.time(), edges[i], anchor.antenna, anchor.lever_arm, anchor.arm_sigma});
   }
   return used;
 }

@@ -260,8 +260,8 @@ std::vector<OdometryEstimate> Odometry::recorded() const {
   return poses(pipeline_->batch().states(), *pipeline_);
 }
 
-std::vector<OdometryEstimate> Odometry::smoothed() const {
-  return poses(pipeline_->smoothed(), *pipeline_);
+std::vector<OdometryEstimate> Odometry::smoothed(std::map<int, FixAntenna>* antennas) const {
+  return poses(pipeline_->smoothed(antennas), *pipeline_);
 }
 
 Timing Odometry::timing() const { return pipeline_->timing(); }

@@ -78,7 +78,7 @@ class Pipeline {
   const Batch& batch() const;  // throws if nothing was recorded
   // The sensors' own stamp for an internal time. They differ if the clock was set ahead.
   TimeNs sensor_stamp(TimeNs time) const { return input_.sensor_stamp(time); }
-  std::vector<NavState> smoothed() const;
+  std::vector<NavState> smoothed(std::map<int, FixAntenna>* antennas) const;
   Timing timing() { return {solver_.work_time(), radar_worker_.work_time()}; }
 
   // The current state, for the next pipeline or run. Nothing before the start, or if the last solve

@@ -1,9 +1,11 @@
 // The batch solution: all states of a run at once, after its end.
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "pipeline/pipeline.h"
@@ -14,6 +16,9 @@ namespace {
 // 1/sqrt(s), 0.3 % in 100 s: the ground under a wheel changes. Only where there are fixes, which
 // measure it. With three times as much, accelerations move the scale between them.
 constexpr double kScaleWalk = 3e-4;
+// A smaller slip of the graph, where there are fixes: the ground under the wheel, for which the
+// scale walks here, and errors of the fixes, which would count twice.
+constexpr double kLeastSlip = 2 * SlipModel().surface;
 
 // A state of odom moved to where the map has it: rotated, shifted and stretched with its piece of
 // the track.
@@ -33,7 +38,7 @@ NavState warped(const NavState& state, const TrackPiece& piece, const PlanarPose
 // Takes over the slip that the pose graph has found, and starts the solution at the map's poses.
 // From further away the robust kernels of the revisits would keep it from converging to them.
 void start_at_map(const std::vector<TrackPiece>& track, const PlanarPose& map_from_odom,
-                  Batch& batch) {
+                  double least_slip, Batch& batch) {
   const PlanarPose odom_from_map = between(map_from_odom, {});
   std::size_t piece = 0;
   std::vector<std::optional<double>> slips(batch.size());
@@ -41,14 +46,33 @@ void start_at_map(const std::vector<TrackPiece>& track, const PlanarPose& map_fr
     const NavState state = batch.states()[i];
     while (piece + 1 < track.size() && track[piece + 1].from <= state.time) ++piece;
     if (state.time < track[piece].from) continue;
-    slips[i] = track[piece].slip;
+    const std::optional<double> slip = track[piece].slip;
+    if (slip && std::abs(*slip) >= least_slip) slips[i] = slip;
     batch.set_state(i, warped(state, track[piece], odom_from_map));
   }
   batch.set_slips(slips);
 }
 
+// An antenna of fixes: its number in the batch, and where it was told to be.
+struct ToldAntenna {
+  std::size_t number;
+  Eigen::Vector3d place;
+};
+
+std::map<int, ToldAntenna> add_antennas(const std::vector<UsedFix>& fixes, Batch& batch) {
+  std::map<int, ToldAntenna> told;
+  std::vector<Batch::Antenna> antennas;
+  for (const UsedFix& fix : fixes) {
+    const ToldAntenna antenna{antennas.size(), fix.lever_arm};
+    if (told.emplace(fix.antenna, antenna).second) antennas.push_back({fix.arm_sigma, kDelaySigma});
+  }
+  batch.set_antennas(std::move(antennas));
+  return told;
+}
+
 // Fixes are in map. They measure the place of the first state, which nothing else does.
-void add_fixes(const std::vector<UsedFix>& fixes, const PlanarPose& map_from_odom, Batch& batch) {
+void add_fixes(const std::vector<UsedFix>& fixes, const std::map<int, ToldAntenna>& told,
+               const PlanarPose& map_from_odom, Batch& batch) {
   const std::vector<NavState>& states = batch.states();
   const Eigen::Matrix2d turn = Eigen::Rotation2Dd(-map_from_odom.yaw).toRotationMatrix();
   std::vector<std::optional<std::size_t>> numbers;  // in the batch
@@ -58,13 +82,15 @@ void add_fixes(const std::vector<UsedFix>& fixes, const PlanarPose& map_from_odo
                                            [&](const NavState& x) { return x.time <= fix.time; });
     if (next == states.begin() || next == states.end()) continue;
     const NavState& a = *(next - 1);
-    const double share = to_seconds(fix.time - a.time) / to_seconds(next->time - a.time);
+    const double seconds = to_seconds(next->time - a.time);
+    const double share = to_seconds(fix.time - a.time) / seconds;
     const auto i = static_cast<size_t>(next - states.begin());
     const FixEdge& edge = fix.edge;
     const FixFactor place(turn * (edge.p - map_from_odom.p),
-                          turn * edge.covariance * turn.transpose(), fix.antenna, share);
+                          turn * edge.covariance * turn.transpose(), fix.lever_arm, share, seconds);
     const auto before = edge.before ? numbers[*edge.before] : std::nullopt;
-    numbers.back() = batch.add_fix({i - 1, i, place, edge.white, before, edge.kept});
+    numbers.back() = batch.add_fix(
+        {i - 1, i, place, edge.white, before, edge.kept, told.at(fix.antenna).number});
   }
   if (fixes.empty()) return;
   batch.free_place();
@@ -80,7 +106,7 @@ const Batch& Pipeline::batch() const {
 }
 
 // Solves the batch together with the trusted revisits.
-std::vector<NavState> Pipeline::smoothed() const {
+std::vector<NavState> Pipeline::smoothed(std::map<int, FixAntenna>* antennas) const {
   Batch batch = this->batch();
   const std::vector<NavState>& states = batch.states();
   const auto state_at = [&](TimeNs time) {
@@ -98,11 +124,17 @@ std::vector<NavState> Pipeline::smoothed() const {
   }
   // The result is in map, which differs from odom if the track is tied to an earlier map.
   const PlanarPose map_from_odom = map_->map_from_odom();
-  add_fixes(fixes, map_from_odom, batch);
-  start_at_map(map_->track(), map_from_odom, batch);
+  const std::map<int, ToldAntenna> told = add_antennas(fixes, batch);
+  add_fixes(fixes, told, map_from_odom, batch);
+  start_at_map(map_->track(), map_from_odom, fixes.empty() ? 0.0 : kLeastSlip, batch);
   const Eigen::Quaterniond q(Eigen::AngleAxisd(map_from_odom.yaw, Eigen::Vector3d::UnitZ()));
   const Eigen::Vector3d p(map_from_odom.p.x(), map_from_odom.p.y(), 0.0);
-  std::vector<NavState> solved = batch.solve({});
+  std::vector<Eigen::Vector3d> found;
+  std::vector<NavState> solved = batch.solve({}, &found);
+  for (const auto& [id, antenna] : told) {
+    const Eigen::Vector3d& by = found[antenna.number];
+    if (antennas) (*antennas)[id] = {antenna.place + Eigen::Vector3d(by.x(), by.y(), 0.0), by.z()};
+  }
   for (NavState& x : solved) {
     x.p_odom = q * x.p_odom + p;
     x.q_odom_body = q * x.q_odom_body;

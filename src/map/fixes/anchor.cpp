@@ -14,7 +14,6 @@ constexpr double kPathErrorLasts = 10.0;  // s, as long as a bend does
 // Errors of code solutions last for minutes, by the atmosphere and by multipath of a robot that is
 // slow. White is a share of the variance; of fixed ambiguities half of it is the receiver's noise.
 constexpr double kCodeErrorLasts = 100.0, kWhiteOfCode = 0.05, kWhiteOfFixed = 0.5;
-constexpr double kDelaySigma = 0.05;   // s; receivers on a serial line stamp when a position comes
 constexpr double kGate = 4.0;          // standard deviations of a difference that no error explains
 constexpr double kLeastSigma = 0.005;  // m; of a fix: nobody knows a place on a robot better
 

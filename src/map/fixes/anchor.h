@@ -13,6 +13,8 @@ namespace gprodom {
 // that rolls, the antenna's place.
 constexpr double kPathError = 0.1;
 
+constexpr double kDelaySigma = 0.05;  // s; receivers on a serial line stamp when a position comes
+
 struct Anchor {
   MapPath::Mark mark;  // the robot then
   Eigen::Vector3d p;   // of the antenna in site, m

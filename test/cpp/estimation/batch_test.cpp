@@ -78,7 +78,7 @@ TEST(Batch, ErrorsOfFixesLast) {
       C(i, k - 1) = C(k - 1, i) = lasting;
     }
     const FixFactor place(z.row(i).transpose(), kSigma * kSigma * Eigen::Matrix2d::Identity(),
-                          Eigen::Vector3d::Zero(), 0.5);
+                          Eigen::Vector3d::Zero(), 0.5, 1.0);
     std::optional<std::size_t> before;
     if (i > 0) before = static_cast<std::size_t>(i - 1);
     batch.add_fix({0, 1, place, kWhite, before, kept[static_cast<std::size_t>(i)]});
@@ -92,13 +92,72 @@ TEST(Batch, ErrorsOfFixesLast) {
 TEST(Batch, SurveyedFixesAreWhite) {
   Batch batch = standing();
   for (const Eigen::Vector2d& p : {Eigen::Vector2d(1, 2), Eigen::Vector2d(3, 0)})
-    batch.add_fix({0, 1, FixFactor(p, Eigen::Matrix2d::Identity(), Eigen::Vector3d::Zero(), 0.5)});
+    batch.add_fix(
+        {0, 1, FixFactor(p, Eigen::Matrix2d::Identity(), Eigen::Vector3d::Zero(), 0.5, 1.0)});
   const NavState solved = batch.solve({}).front();
   EXPECT_NEAR(solved.p_odom.x(), 2.0, 1e-4);
   EXPECT_NEAR(solved.p_odom.y(), 1.0, 1e-4);
-  const FixFactor place({0, 0}, Eigen::Matrix2d::Identity(), Eigen::Vector3d::Zero(), 0.5);
+  const FixFactor place({0, 0}, Eigen::Matrix2d::Identity(), Eigen::Vector3d::Zero(), 0.5, 1.0);
   EXPECT_THROW(batch.add_fix({0, 1, place, 0.5, 2, 0.5}), std::invalid_argument);
   EXPECT_THROW(batch.add_fix({0, 2, place}), std::invalid_argument);
+  EXPECT_THROW(batch.add_fix({0, 1, place, 0.5, {}, 0.0, 1}), std::invalid_argument);
+}
+
+// Attitude, position and velocity of the later state are known to 0.1 rad, m and m/s.
+class Known final : public Factor {
+ public:
+  explicit Known(const NavState& state) : state_(state) {}
+  int dimension() const override { return 9; }
+  void evaluate(const NavState& /*a*/, const NavState& b, Residual& r, Jacobian* Ja,
+                Jacobian* Jb) const override {
+    r = local(state_, b).head<9>() / 0.1;
+    if (!Ja) return;
+    Ja->setZero(9, kStateDim);
+    *Jb = local_jacobian(state_, b).topRows<9>() / 0.1;
+  }
+
+ private:
+  NavState state_;
+};
+
+// A robot that turns and changes its speed, at a time in s.
+NavState turning(double t) {
+  NavState x;
+  x.time = from_seconds(t);
+  x.q_odom_body = Eigen::AngleAxisd(0.4 * t, Eigen::Vector3d::UnitZ());
+  x.p_odom.x() = t + 0.5 * std::sin(t);
+  x.v_odom.x() = 1 + 0.5 * std::cos(t);
+  return x;
+}
+
+// Its fixes are of an antenna 1 m off, and late.
+TEST(Batch, FindsTheAntennaOfFixes) {
+  constexpr double kStep = 0.1, kDelay = 0.08;
+  const Eigen::Vector3d place(0.8, -0.6, 0.0);
+  Batch batch(turning(0), origin_prior(turning(0), StateVector::Constant(0.1)));
+  batch.set_antennas({{0.5, 0.05}});
+  Batch known = batch;
+  known.set_antennas({{}});
+  for (std::size_t i = 1; i <= 100; ++i) {
+    const double t = kStep * static_cast<double>(i);
+    const NavState late = turning(t - kDelay);
+    const Eigen::Vector2d p = (late.p_odom + late.q_odom_body * place).head<2>();
+    const FixFactor fix(p, 1e-4 * Eigen::Matrix2d::Identity(), Eigen::Vector3d::Zero(), 1.0, kStep);
+    for (Batch* each : {&batch, &known}) {
+      each->add_state(turning(t));
+      each->add_factor(i - 1, i, std::make_shared<Known>(turning(t)));
+      each->add_factor(i - 1, i, std::make_shared<RandomWalkFactor>(1e-3, 1e-3, 1e-3));
+      each->add_fix({i - 1, i, fix});
+    }
+  }
+  std::vector<Eigen::Vector3d> found;
+  const NavState last = turning(100 * kStep);
+  EXPECT_LT((batch.solve({}, &found).back().p_odom - last.p_odom).norm(), 0.02);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_LT((found[0].head<2>() - place.head<2>()).norm(), 0.02);
+  EXPECT_NEAR(found[0].z(), kDelay, 0.01);
+  EXPECT_GT((known.solve({}, &found).back().p_odom - last.p_odom).norm(), 0.3);
+  EXPECT_TRUE(found[0].isZero());
 }
 
 // A wheel that reports 10.2 m between two surveyed marks 10 m apart.
@@ -123,7 +182,7 @@ TEST(Batch, FixesMeasureAScaleThatAccelerationsDoNotShow) {
       if (with_fixes)
         batch.add_fix({0, 1,
                        FixFactor({10.0 * share, 0.0}, 1e-6 * Eigen::Matrix2d::Identity(),
-                                 Eigen::Vector3d::Zero(), share)});
+                                 Eigen::Vector3d::Zero(), share, 20.0)});
     return batch.solve({}).back();
   };
   EXPECT_NEAR(solved(false).wheel_scale, 1.0, 1e-5);

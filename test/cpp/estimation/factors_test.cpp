@@ -172,9 +172,31 @@ TEST(Factors, OtherJacobians) {
     edge.offset_m = random.uniform(-1, 1);
     edge.lateral_m = random.uniform(-1, 1);
     check(RevisitFactor(edge), a, b);
-    check(
-        FixFactor(random.vector(50).head<2>(), covariance, random.vector(1), random.uniform(0, 1)),
-        a, b);
+  }
+}
+
+TEST(Factors, FixJacobians) {
+  const Eigen::Matrix2d covariance{{0.04, 0.01}, {0.01, 0.09}};
+  Random random(7);
+  for (int i = 0; i < 100; ++i) {
+    const NavState a = random.state(), b = random.state();
+    const FixFactor fix(random.vector(50).head<2>(), covariance, random.vector(1),
+                        random.uniform(0, 1), random.uniform(0.1, 1));
+    const Vector3d antenna = random.vector(1);
+    FixFactor::Jacobians J;
+    fix.evaluate(a, b, antenna, &J);
+    const MatrixXd by_a = numeric([&](const StateVector& d) -> VectorXd {
+      return fix.evaluate(retract(a, d), b, antenna, nullptr);
+    });
+    const MatrixXd by_b = numeric([&](const StateVector& d) -> VectorXd {
+      return fix.evaluate(a, retract(b, d), antenna, nullptr);
+    });
+    const MatrixXd by_antenna = numeric_jacobian(3, 1e-3, [&](const VectorXd& d) -> VectorXd {
+      return fix.evaluate(a, b, antenna + d, nullptr);
+    });
+    expect_same(J.a, by_a, "fix, a");
+    expect_same(J.b, by_b, "fix, b");
+    expect_same(J.antenna, by_antenna, "fix, antenna");
   }
 }
 
