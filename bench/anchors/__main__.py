@@ -10,7 +10,9 @@
 
 Errors are root mean squares in the plane, in metres: aligned by se2 over the same points for both;
 `placed`: the estimate without fixes as a user would place it who has the same fixes, by se2 over
-the points where there are any; `site`: of the estimate with fixes, as it is.
+the points where there are any; `site`: of the estimate with fixes, as it is. The truth is of an
+antenna whose place on the robot nobody tells: with fixes the smoothed estimate finds it, and its
+antenna is compared; `body`, and all others: the body.
 
     python bench/anchors ends ../shared/data/robots --only wid02
     python bench/anchors --json scale --seeds 20

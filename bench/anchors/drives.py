@@ -36,10 +36,11 @@ class Drive:
 @dataclass(frozen=True)
 class Run:
     """The estimate, as published and as solved over all data; reasons of STATUS with their times
-    (us)."""
+    (us). smoothed: of the antenna of the fixes, where that solution finds it; else of body."""
 
     causal: Trajectory
     smoothed: Trajectory
+    smoothed_body: Trajectory
     reasons: list[tuple[int, str]]
     scale_sigma: float
 
@@ -70,7 +71,9 @@ def run(drive: Drive, fixes: Fixes | None, overrides: Sequence[str]) -> Run:
     messages = told["status"]["messages"] if "status" in told else []
     reasons = [(message.utime, reason) for message in messages for reason in message.reasons]
     sigma = float(told["odometry"]["wheel_scale_sigma"][-1])
-    return Run(found.trajectory, found.smoothed, reasons, sigma)
+    body = found.smoothed
+    smoothed = found.antennas[0].track(body) if 0 in found.antennas else body
+    return Run(found.trajectory, smoothed, body, reasons, sigma)
 
 
 def error(estimate: Trajectory, truth: Trajectory, chosen: Bools, by: Bools | None) -> float:
@@ -98,4 +101,6 @@ def compare(drive: Drive, bare: Run, helped: Run, chosen: Bools, fixed: Bools) -
         }
         rows[f"{mode}_ratio"] = rows[f"{mode}_m"] / rows[f"{mode}_without_m"]
         rows[f"{mode}_site_ratio"] = rows[f"{mode}_site_m"] / rows[f"{mode}_placed_m"]
+    rows["smoothed_body_m"] = error(helped.smoothed_body, drive.truth, chosen, chosen)
+    rows["smoothed_body_site_m"] = error(helped.smoothed_body, drive.truth, chosen, None)
     return rows

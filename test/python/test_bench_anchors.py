@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import drives
@@ -12,6 +13,7 @@ from jobs import of_anchors
 
 from conftest import run_bench
 from gprodom.errors import Error
+from gprodom.odometry.estimate import FixAntenna
 from gprodom.trajectory import Trajectory
 
 
@@ -39,6 +41,14 @@ def test_errors_are_placed_by_what_they_say() -> None:
     )
     assert drives.error(longer, truth, ends, ends) > drives.error(longer, truth, ~ends, ~ends)
     assert drives.error(longer, truth, ends, ~ends) > drives.error(longer, truth, ends, ends)
+
+
+def test_the_track_of_an_antenna_is_late_and_at_its_place() -> None:
+    straight = np.tile([1.0, 0, 0, 0], (1001, 1))
+    body = replace(path(1.0, 0.0), orientation=straight)
+    track = FixAntenna(np.array([0.5, -0.2, 1.0]), 0.25).track(body)
+    assert np.all(track.time - body.time == 250_000)
+    assert np.allclose(track.position - body.position, [0.5, -0.2, 1.0])
 
 
 def test_every_job_names_its_data_and_rows_become_figures() -> None:

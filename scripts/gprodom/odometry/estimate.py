@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from pkgutil import resolve_name
 
+import numpy as np
+
+from gprodom.arrays import Floats
 from gprodom.config import STANDARD, Channels, Configs, read_channels
 from gprodom.convert.cmu import read_recording
 from gprodom.convert.plausible import check_streams
@@ -32,12 +35,26 @@ OnWarning = Callable[[str], None]
 
 
 @dataclass(frozen=True)
+class FixAntenna:
+    """place: in body, m. delay: of its positions, s."""
+
+    place: Floats
+    delay: float
+
+    def track(self, body: Trajectory) -> Trajectory:
+        """Of the antenna, with the stamps that its positions have."""
+        moved = body.moved(self.place)
+        return replace(moved, time=moved.time + round(self.delay * 1e6))
+
+
+@dataclass(frozen=True)
 class Estimate:
     """The result of a method on a log.
 
     trajectory: as published (causal).
     jumps: of `map`, if a replay has them.
     frame: where the last frame of the trajectory begins; None: all of it is in one.
+    antennas: of position fixes by their ids, as `smoothed` finds them.
     smoothed: from one solution over all data, if requested and if the method has one.
     answered: how often the radar had an answer, where the estimator was told any.
     """
@@ -47,6 +64,7 @@ class Estimate:
     smoothed: Trajectory | None = None
     answered: Answered | None = None
     frame: FrameStart | None = None
+    antennas: Mapping[int, FixAntenna] = field(default_factory=dict)
 
 
 def as_log(
@@ -105,7 +123,7 @@ def estimate(
         tum = folder / "smoothed.tum" if smooth and not method.reckoned else None
         if method.teller:
             log = _with_answers(log, method, configs, overrides, folder)
-        run_replay(
+        stats = run_replay(
             log,
             output,
             configs,
@@ -124,7 +142,13 @@ def estimate(
         told = logs.read_roles(log if method.teller else output, channels.of(role)).get(role)
         heard = answered(told, published.trajectory.time)
         smoothed = None if tum is None else read_tum(tum)
-    return Estimate(published.trajectory, published.jumps, smoothed, heard, published.frame)
+    antennas = {
+        int(name): FixAntenna(np.array(found["place"]), found["delay"])
+        for name, found in stats["antennas"].items()
+    }
+    return Estimate(
+        published.trajectory, published.jumps, smoothed, heard, published.frame, antennas
+    )
 
 
 def _with_answers(

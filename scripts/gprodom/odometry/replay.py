@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 import subprocess
 from collections.abc import Callable, Sequence
@@ -39,8 +40,9 @@ def run_replay(
     smoothed: Path | None = None,
     on_warning: Callable[[str], None] | None = None,
     poses_needed: bool = True,
-) -> None:
-    """Replays `log` into `output`; raises `Error` with the program's own last line where it fails.
+) -> dict[str, Any]:
+    """Replays `log` into `output`, and gives its statistics; raises `Error` with the program's own
+    last line where it fails.
 
     `on_progress` is called with the share of the log that is done, from 0 to 1.
     `smoothed`: a TUM file for the solution over all data, where given.
@@ -59,7 +61,7 @@ def run_replay(
         code, said = run_telling(command, on_progress, on_warning, **streams)
         # With statistics it went through, and has found no pose.
         if code == 0 or (stats.exists() and not poses_needed):
-            return
+            return dict(json.loads(stats.read_text()))
     if code < 0:
         raise Error(f"{PROGRAM} ended with signal {-code}: {said or 'it said nothing'}")
     raise Error(said.removeprefix(f"{PROGRAM}: ") or f"{PROGRAM} ended with code {code}")
