@@ -170,9 +170,8 @@ std::optional<PassMerger::Piece> PassMerger::next_piece(const std::vector<Node>&
         piece.known[i - next_] = piece.passed[i - next_] = true;
     }
     if (a.cell == b.cell || !near || (!ties.can_go(a.node) && !ties.can_go(b.node))) continue;
-    int& count = relations_[std::minmax(a.cell, b.cell)];
-    if (count < kRelations) {
-      ++count;
+    if (!are_known(a.cell, b.cell)) {
+      ++relations_[std::minmax(a.cell, b.cell)];
       piece.kept[a.node - next_] = piece.kept[b.node - next_] = true;
     } else {
       piece.known[b.node - next_] = true;
@@ -189,14 +188,20 @@ bool PassMerger::is_known_way(const std::vector<Node>& nodes, const Ties& ties, 
                               const Visit& a, const Visit& b) const {
   std::size_t last = a.cell;
   const auto leads_to = [&](std::size_t cell) {
-    const auto found = relations_.find(std::minmax({std::exchange(last, cell), cell}));
-    return found != relations_.end() && found->second >= kRelations;
+    return are_known(std::exchange(last, cell), cell);
   };
   for (std::size_t i = a.node + 1; i < b.node; ++i) {
     const auto cell = cells.find(nodes[i].in_map);
     if (!ties.is_free(i) || !cell || (*cell != last && !leads_to(*cell))) return false;
   }
   return b.cell == last || leads_to(b.cell);
+}
+
+// Whether no further pass needs to relate two cells: places that are held do not move.
+bool PassMerger::are_known(std::size_t a, std::size_t b) const {
+  const auto is_held = [&](std::size_t cell) { return places_[cell]->node == kInMap; };
+  const auto found = relations_.find(std::minmax(a, b));
+  return (is_held(a) && is_held(b)) || (found != relations_.end() && found->second >= kRelations);
 }
 
 // Where nodes go because enough passes relate their cells, the others are not joined: such steps

@@ -51,6 +51,7 @@ class PassMerger {
   std::optional<Piece> next_piece(const std::vector<Node>& nodes, const Ties& ties);
   bool is_known_way(const std::vector<Node>& nodes, const Ties& ties, const Cells& cells,
                     const Visit& a, const Visit& b) const;
+  bool are_known(std::size_t a, std::size_t b) const;
   void cut(const Piece& piece, const Ties& ties, Judgement& result);
   void renumber(std::size_t next, const std::vector<bool>& stay);
 
