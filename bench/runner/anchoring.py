@@ -17,7 +17,7 @@ BETWEEN = by_mode(
     **each(METRES, "without_m", "placed_m"),
     **each(ERROR_M, "m", "site_m"),
     **each(FEWER, "ratio", "site_ratio"),
-)
+) | {"smoothed_body_m": ERROR_M}
 FAULT = by_mode(m=ERROR_M, over=FEWER)
 SCALE = {
     **each(COUNT, "sigma", "limit"),

@@ -45,9 +45,10 @@ SECTIONS: tuple[tuple[str, str, Callable[[Figures], str]], ...] = (
         "Positions from outside",
         "`bench/run anchors`. Fixes in the first and last tenth of the path (of the Husky: its "
         "own, a minute withheld); error in between of the smoothed solution, m: of the shape, "
-        "aligned by itself, and placed by the fixes. Then each fault of a receiver in the middle "
-        "of a drive with fixes of 3 cm: error from its begin on over that without fixes, and "
-        "when `STATUS` named it.",
+        "aligned by itself, and placed by the fixes. The truth is of an antenna: with fixes, that "
+        "of the one found (`body`: of the body, as without). Then each fault of a receiver in "
+        "the middle of a drive with fixes of 3 cm: error from its begin on over that without "
+        "fixes, and when `STATUS` named it.",
         anchors,
     ),
 )

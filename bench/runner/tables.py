@@ -149,12 +149,13 @@ def anchors(f: Figures) -> str:
         if ratio is not None:
             cells = [metres(f.of("anchors", f"{row}/{key}")) for key in keys]
             placed = plain(f.of("anchors", f"{row}/smoothed_site_ratio"))
-            between.append([*row.split("/"), *cells[:2], plain(ratio), *cells[2:], placed])
+            body = metres(f.of("anchors", f"{row}/smoothed_body_m"))
+            between.append([*row.split("/"), *cells[:2], plain(ratio), body, *cells[2:], placed])
     if not between:
         return ""
     shape, placed = (["without", "with", "over"] for _ in range(2))
     shape[0], placed[0] = "shape, without", "placed, without"
-    text = table(["recording", "fixes", *shape, *placed], between)
+    text = table(["recording", "fixes", *shape, "body", *placed], between)
     return text + "\n\n" + receiver_faults(f, names, kinds)
 
 
