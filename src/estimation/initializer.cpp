@@ -303,8 +303,8 @@ double accel_scale_on_the_move(const std::vector<ImuSample>& samples) {
 }
 
 Initialization initialize_moving(const Config& config, const std::vector<ImuSample>& measured,
-                                 const WheelAtStart& wheel, const GyroBias& gyro_bias,
-                                 double accel_scale, bool must) {
+                                 const WheelAtStart& wheel, const ImuBias& bias, double accel_scale,
+                                 bool must) {
   if (config.initializer.wait_for_standstill)
     return {std::nullopt, "initializer.wait_for_standstill: hold the robot still to start"};
   if (std::string why = too_few(measured, config.initializer.duration); !why.empty())
@@ -329,8 +329,8 @@ Initialization initialize_moving(const Config& config, const std::vector<ImuSamp
   initial.accel_scale = accel_scale;
   initial.noise = {config.imu.gyro_noise_density, config.imu.accel_noise_density};
   initial.state = level_state(config, samples.back().time, force);
-  initial.state.accel_bias.setZero();  // the size of the force is not known so well
-  initial.state.gyro_bias = gyro_bias.mean;
+  initial.state.accel_bias = bias.accel;  // the size of the force is not known so well
+  initial.state.gyro_bias = bias.gyro;
   // The wheel's speed is that of the middle of its time; the accelerations carry it on.
   double gained = 0;
   std::size_t count = 0;
@@ -344,7 +344,7 @@ Initialization initialize_moving(const Config& config, const std::vector<ImuSamp
   const double least_speed = wheel.agrees ? kSpeedIfAgreed : kLeastSpeed;
   const double share = wheel.agrees ? kShareIfAgreed : kSpeedShare;
   initial.prior = first_prior(config, initial.state,
-                              {least_speed + share * std::abs(wheel.end_mps), gyro_bias.sigma,
+                              {least_speed + share * std::abs(wheel.end_mps), bias.gyro_sigma,
                                std::max(wheel.agrees ? kForceIfAgreed : kLeastForce, spread),
                                bias_sigma(initial.state.accel_bias, accel_scale)});
   return {initial, {}};

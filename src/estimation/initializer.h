@@ -68,10 +68,12 @@ double accel_scale_at_rest(double force);
 // The same by the mean over some time of driving, which is off gravity by more than at rest.
 double accel_scale_on_the_move(const std::vector<ImuSample>& samples);
 
-// A gyro's bias, rad/s, with the standard deviation of an axis.
-struct GyroBias {
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  double sigma = kUsualGyroBias;
+// A gyro's bias, rad/s, with the standard deviation of an axis, and an accelerometer's along
+// gravity (body, m/s^2), which tells the size of the others.
+struct ImuBias {
+  Eigen::Vector3d gyro = Eigen::Vector3d::Zero();
+  double gyro_sigma = kUsualGyroBias;
+  Eigen::Vector3d accel = Eigen::Vector3d::Zero();
 };
 
 // On the move, from the same kind of samples: tilt from the mean force less the part that wheel and
@@ -79,7 +81,7 @@ struct GyroBias {
 // surer if the wheel agrees with the accelerations. accel_scale: of the samples' forces. must: even
 // if the mean force is off gravity.
 Initialization initialize_moving(const Config& config, const std::vector<ImuSample>& samples,
-                                 const WheelAtStart& wheel, const GyroBias& gyro_bias = {},
+                                 const WheelAtStart& wheel, const ImuBias& bias = {},
                                  double accel_scale = 1.0, bool must = false);
 
 }  // namespace gprodom

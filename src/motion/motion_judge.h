@@ -151,7 +151,7 @@ class MotionJudge {
   void set_wheel_resolution(double resolution_m);
   double error_of_unknown_axes(const std::vector<MotionStep>& steps) const;
   Initialization initialize_at_rest(TimeNs from, double share);
-  std::optional<GyroBias> gyro_bias_at_begin(TimeNs since) const;
+  std::optional<ImuBias> bias_at_begin(TimeNs since) const;
   WheelAtStart wheel_at_start(TimeNs from) const;  // from there to now
   AtRest at_rest() const;
   double rolled(TimeNs from, TimeNs to) const;

@@ -63,17 +63,18 @@ Initialization MotionJudge::initialize(bool has_begun) {
         speeds_agree(imu_.between(driven_from, imu_now_), speeds(wheel_, driven_from, wheel_to));
     if (!wheel.agrees && waits)
       return {std::nullopt, "on the move, and the wheel disagrees with the accelerations"};
-    std::optional<GyroBias> gyro_bias = gyro_bias_at_begin(since);
-    if (!gyro_bias) {
+    std::optional<ImuBias> bias = bias_at_begin(since);
+    if (!bias) {
       const GyroBiasSize size =
           gyro_bias_size(imu_.between(since, imu_now_), speeds(wheel_, since, wheel_to));
       if (!size.known && waits)
         return {std::nullopt, "on the move, and the gyro's bias does not show yet"};
-      gyro_bias = GyroBias{Eigen::Vector3d::Zero(), size.sigma};
+      bias = ImuBias();
+      bias->gyro_sigma = size.sigma;
     }
     const double accel_scale = soon ? 1.0 : accel_scale_on_the_move(imu_.between(since, imu_now_));
-    Initialization moving = initialize_moving(config_, imu_.between(from, imu_now_), wheel,
-                                              *gyro_bias, accel_scale, has_begun);
+    Initialization moving = initialize_moving(config_, imu_.between(from, imu_now_), wheel, *bias,
+                                              accel_scale, has_begun);
     if (moving.initial) divide_forces(accel_scale);
     if (moving.initial) return moving;
   }
@@ -81,7 +82,7 @@ Initialization MotionJudge::initialize(bool has_begun) {
 }
 
 // Of a robot that stood for a moment before it drove off: too short to start from.
-std::optional<GyroBias> MotionJudge::gyro_bias_at_begin(TimeNs since) const {
+std::optional<ImuBias> MotionJudge::bias_at_begin(TimeNs since) const {
   const auto [from, to] = wheel_.still_from(since, 2 * config_.wheel.noise_floor + kStill_m);
   if (to - kBrakes <= from) return std::nullopt;
   WheelAtStart stood;
@@ -90,7 +91,8 @@ std::optional<GyroBias> MotionJudge::gyro_bias_at_begin(TimeNs since) const {
       gprodom::initialize(config_, imu_.between(from, to - kBrakes), stood, kShareOfShortStop);
   if (!at_rest.initial) return std::nullopt;
   const Eigen::MatrixXd& A = at_rest.initial->prior.A;
-  return GyroBias{at_rest.initial->state.gyro_bias, 1 / A.col(row::kBg).norm()};
+  return ImuBias{at_rest.initial->state.gyro_bias, 1 / A.col(row::kBg).norm(),
+                 at_rest.initial->state.accel_bias};
 }
 
 std::optional<Eigen::Vector3d> MotionJudge::mean_force() const {

@@ -18,7 +18,7 @@ class Starting {
 
   // The next samples.
   void go_on(double wheel_mps, double push = 0.0) {
-    ImuSample imu{from_seconds(seconds()), {push, 0, 9.80665}, kBias};
+    ImuSample imu{from_seconds(seconds()), {push, 0, 9.80665 + accel_bias}, kBias};
     imu.acceleration += noise_.vector(0.01);
     judge.add(imu);
     judge.add(WheelSample{imu.time, wheel_m_ += 0.01 * wheel_mps});
@@ -32,6 +32,7 @@ class Starting {
   }
 
   MotionJudge judge;
+  double accel_bias = 0.0;  // m/s^2, along gravity
 
  private:
   Noise noise_{1};
@@ -86,10 +87,11 @@ TEST(MotionJudgeStart, StartsFromAShortStopWithoutTheBrakingBeforeIt) {
 }
 
 // One that sets off before it has stood for initializer.duration starts on the move, with the
-// gyro's bias of the standstill; one that stood for too short a time, with none.
-TEST(MotionJudgeStart, AShortStandstillBeforeTheDriveTellsTheGyrosBias) {
+// biases of the standstill; one that stood for too short a time, with none.
+TEST(MotionJudgeStart, AShortStandstillBeforeTheDriveTellsTheBiases) {
   for (const double sets_off_at : {0.6, 1.5}) {
     Starting robot;
+    robot.accel_bias = 0.3;
     while (robot.seconds() < 7.995) {
       const double driven = robot.seconds() - sets_off_at;
       const double speed = std::clamp(0.5 * driven, 0.0, 0.5);
@@ -102,6 +104,7 @@ TEST(MotionJudgeStart, AShortStandstillBeforeTheDriveTellsTheGyrosBias) {
     EXPECT_LT((initial->state.gyro_bias - (told ? 1 : 0) * kBias).norm(), 1e-9);
     const double sigma = 1 / initial->prior.A.col(row::kBg).norm();
     EXPECT_EQ(sigma < 0.5 * kUsualGyroBias, told) << sigma;
+    EXPECT_NEAR(initial->state.accel_bias.z(), told ? robot.accel_bias : 0.0, 0.01);
   }
 }
 
