@@ -127,6 +127,8 @@ if args.smoothed:
     with open(args.smoothed, "w") as tum:
         for t, x in zip(time.tolist()[::40], distance.tolist()[::40]):
             tum.write(f"{{t * 1e-6:.6f}} {{x}} 0 0 0 0 0 1\\n")
+with open(args.stats, "w") as stats:
+    stats.write('{{"antennas": {{}}}}')
 """
 
 
