@@ -92,8 +92,8 @@ class MotionJudge {
   // The first state and its noise, from the last initializer.duration of standstill, or of driving
   // if the robot has been on the move for some seconds; otherwise the reason why there is none.
   // Forgets the IMU's samples before that, and divides the others by the accelerometer's scale, if
-  // there is a state with one. has_begun: an estimate of these data began here, and on the move this
-  // one has to.
+  // there is a state with one. has_begun: an estimate of these data began here, and on the move
+  // this one has to.
   Initialization initialize(bool has_begun = false);
 
   // Starts from the first state, of the initialiser or of an earlier run, with the IMU's noise at
