@@ -224,13 +224,13 @@ void add_to(ceres::Problem& problem, const Batch::Fix& fix, const FixBlocks& blo
         nullptr, blocks.lasting);
 }
 
-void add_to(ceres::Problem& problem, const Batch::Antenna& known, double* antenna) {
+void add_to(ceres::Problem& problem, const Batch::Antenna& prior, double* antenna) {
   problem.AddParameterBlock(antenna, 3);
-  if (known.place_sigma <= 0.0 || known.delay_sigma <= 0.0) {
+  if (prior.place_sigma <= 0.0 || prior.delay_sigma <= 0.0) {
     problem.SetParameterBlockConstant(antenna);
     return;
   }
-  const Eigen::Vector3d sigmas(known.place_sigma, known.place_sigma, known.delay_sigma);
+  const Eigen::Vector3d sigmas(prior.place_sigma, prior.place_sigma, prior.delay_sigma);
   const Eigen::Matrix3d weight = sigmas.cwiseInverse().asDiagonal();
   problem.AddResidualBlock(new ceres::NormalPrior(weight, Eigen::Vector3d::Zero()), nullptr,
                            antenna);

@@ -25,7 +25,7 @@ struct FixBlocks {
   double* antenna;                   // 3, as FixFactor has them
 };
 void add_to(ceres::Problem& problem, const Batch::Fix& fix, const FixBlocks& blocks);
-void add_to(ceres::Problem& problem, const Batch::Antenna& known, double* antenna);
+void add_to(ceres::Problem& problem, const Batch::Antenna& prior, double* antenna);
 
 // states: all from the one to the other end of the way.
 void add_to(ceres::Problem& problem, const Batch::Way& counted, const std::vector<double*>& states);

@@ -304,7 +304,7 @@ double accel_scale_on_the_move(const std::vector<ImuSample>& samples) {
 
 Initialization initialize_moving(const Config& config, const std::vector<ImuSample>& measured,
                                  const WheelAtStart& wheel, const ImuBias& bias, double accel_scale,
-                                 bool must) {
+                                 bool has_begun) {
   if (config.initializer.wait_for_standstill)
     return {std::nullopt, "initializer.wait_for_standstill: hold the robot still to start"};
   if (std::string why = too_few(measured, config.initializer.duration); !why.empty())
@@ -321,7 +321,7 @@ Initialization initialize_moving(const Config& config, const std::vector<ImuSamp
   const double acceleration = (wheel.end_mps - wheel.begin_mps) / scale / (duration - over);
   const Vector3d force =
       accel.mean - Vector3d(acceleration, 0, 0) - gyro.mean.cross(Vector3d(speed, 0, 0));
-  if (!must && off_gravity(force.norm()) > kOffOnTheMove)
+  if (!has_begun && off_gravity(force.norm()) > kOffOnTheMove)
     return {std::nullopt, refuse("specific force %.3f m/s^2 is not gravity (%.3f): check the IMU",
                                  force.norm(), kStandardGravity)};
   InitialState initial;
@@ -329,7 +329,7 @@ Initialization initialize_moving(const Config& config, const std::vector<ImuSamp
   initial.accel_scale = accel_scale;
   initial.noise = {config.imu.gyro_noise_density, config.imu.accel_noise_density};
   initial.state = level_state(config, samples.back().time, force);
-  initial.state.accel_bias = bias.accel;  // the size of the force is not known so well
+  initial.state.accel_bias = bias.accel;  // driving changes the size of the mean force
   initial.state.gyro_bias = bias.gyro;
   // The wheel's speed is that of the middle of its time; the accelerations carry it on.
   double gained = 0;

@@ -78,10 +78,11 @@ struct ImuBias {
 
 // On the move, from the same kind of samples: tilt from the mean force less the part that wheel and
 // gyro explain; speed from the wheel. The solutions of the first seconds improve this state. It is
-// surer if the wheel agrees with the accelerations. accel_scale: of the samples' forces. must: even
-// if the mean force is off gravity.
+// surer if the wheel agrees with the accelerations. accel_scale: of the samples' forces.
+// has_begun: an estimate of these samples began here before, so this one does not refuse a mean
+// force that is off gravity.
 Initialization initialize_moving(const Config& config, const std::vector<ImuSample>& samples,
                                  const WheelAtStart& wheel, const ImuBias& bias = {},
-                                 double accel_scale = 1.0, bool must = false);
+                                 double accel_scale = 1.0, bool has_begun = false);
 
 }  // namespace gprodom

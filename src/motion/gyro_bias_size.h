@@ -14,7 +14,7 @@
 namespace gprodom {
 
 struct GyroBiasSize {
-  double sigma = kUsualGyroBias;  // rad/s, of each axis; at least kUsualGyroBias
+  double sigma = kUsualGyroBias;  // rad/s, of each axis; kUsualGyroBias to kMaxGyroBias
   bool known = false;             // a bias of twice kUsualGyroBias would show
 };
 

@@ -63,7 +63,7 @@ std::optional<SavedState> Pipeline::state(const std::optional<Correction>& corre
   saved.state.time =
       sensor_stamp(base.state.time);  // the sensors' own stamp, which a later run will have
   saved.covariance = base.covariance;
-  // Slip that no sensor has shown moves the pose for good; the next run counts its own from zero.
+  // What this adds has moved the pose for good; the next run counts its own from zero.
   saved.covariance.block<2, 2>(row::kP, row::kP) += base.unmodelled_covariance;
   saved.noise = motion_.noise_at_standstill();
   saved.accel_scale = imu_mounting_.accel_scale();

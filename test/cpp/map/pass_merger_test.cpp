@@ -127,7 +127,6 @@ TEST(PassMerger, NodesOverTheSameGroundAreBounded) {
   EXPECT_EQ(track.revisits.front().query, 20U);
 }
 
-// Steps over ground that enough passes relate would lead over a whole drive.
 // Its places are held, and no pass relates them any better.
 TEST(PassMerger, OfGroundOfAnEarlierTrackOnlyTheNewestNodesStay) {
   Track track;
@@ -136,6 +135,7 @@ TEST(PassMerger, OfGroundOfAnEarlierTrackOnlyTheNewestNodesStay) {
   EXPECT_LT(track.longest_step(), 3.0);
 }
 
+// Steps over ground that enough passes relate would lead over a whole drive.
 TEST(PassMerger, StepsOverWellKnownGroundAreCut) {
   Track track;
   track.drive(200, {});

@@ -69,7 +69,7 @@ TEST(GyroBiasSize, IsNotKnownUnderStrongVibration) {
   EXPECT_FALSE(size_of({kCheap, 10.0, 0.02, 0.0}, 1).known);
 }
 
-// What shows is what the axis of an accelerometer with the wrong sign makes of bends and starts.
+// An accelerometer with a reversed axis shows such a bias in bends and starts.
 TEST(GyroBiasSize, IsTheUsualOneWhereNoGyroIsOffBySoMuch) {
   const GyroBiasSize size = size_of({Vector3d(0.0, 0.3, 0.0), 0.1, 0.02, 0.0}, 1);
   EXPECT_EQ(size.sigma, kUsualGyroBias);
