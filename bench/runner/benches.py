@@ -8,6 +8,7 @@ so (-j1). What decides most comes first.
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import readers
@@ -37,6 +38,9 @@ from jobs import (
 from figures import by_name, by_row, one_row
 
 short_name = readers.short_name
+# Without --set; of times, so that nothing runs beside it; both.
+as_it_is, timed = partial(Bench, settable=False), partial(Bench, alone=True)
+timed_as_it_is = partial(timed, settable=False)
 
 
 def benches(data: Path) -> tuple[Bench, ...]:
@@ -75,13 +79,12 @@ def of_drives(data: Path) -> tuple[Bench, ...]:
             recordings(("-j1",), ()),
             "robot_variations.py",
         ),
-        Bench(
+        as_it_is(
             "slip_kinds",
             "Simulated drives with five kinds of lasting slip",
             readers.METHOD,
             (Job("all", ("--", *SLIP_KINDS)),),
             "methods.py",
-            settable=False,
         ),
     )
 
@@ -94,26 +97,23 @@ def of_pairs(data: Path) -> tuple[Bench, ...]:
     )
     return (
         Bench("pairs", "Drives with two antennas", readers.DRIVE, drives(data, "pairs", ())),
-        Bench(
+        as_it_is(
             "pair_distance",
             "Distance by two antennas alone, over 50 m, beside its limit",
             distance,
             of_grounds(),
-            settable=False,
         ),
-        Bench(
+        as_it_is(
             "pair_faults",
             "Two antennas over rebar, swapped, silent, and drifting apart",
             fault,
             of_pair_faults(),
-            settable=False,
         ),
-        Bench(
+        as_it_is(
             "lateral",
             "Correlation of real ground beside a track",
             readers.lateral,
             (Job("all", ("{data}/real_ground",), short=True),),
-            settable=False,
         ),
     )
 
@@ -147,21 +147,19 @@ def of_sensors(data: Path) -> tuple[Bench, ...]:
             readers.motion,
             with_sequences(twelve, short=(9,)),
         ),
-        Bench("immobilised", "Immobilised robots", readers.immobilised, digging, settable=False),
-        Bench("methods", "The paper's methods", readers.METHOD, of_scenes(data), settable=False),
-        Bench(
+        as_it_is("immobilised", "Immobilised robots", readers.immobilised, digging),
+        as_it_is("methods", "The paper's methods", readers.METHOD, of_scenes(data)),
+        as_it_is(
             "doctor",
             "What `gprodom doctor` names, of 26 kinds of damage, and in good recordings",
             readers.doctor,
             damaged,
-            settable=False,
         ),
-        Bench(
+        as_it_is(
             "commission",
             "What `gprodom commission` finds of 50 robots, and of recordings of real ones",
             readers.commission,
             of_commission(),
-            settable=False,
         ),
         Bench(
             "mounting",
@@ -170,27 +168,24 @@ def of_sensors(data: Path) -> tuple[Bench, ...]:
             (*drives(data, "cmu_like", (9,)), *with_points(recordings(("-j1",), ("f1tenth3",)))),
             "mounting_found.py",
         ),
-        Bench(
+        as_it_is(
             "triggers",
             "Traces that the wheel triggers, against those of a clock",
             trigger,
             of_triggers(),
-            settable=False,
         ),
-        Bench(
+        as_it_is(
             "salient",
             "Apexes of pipes, and what windows and a map of pipes tell",
             readers.salient,
             of_salient(twelve),
-            settable=False,
         ),
-        Bench(
+        as_it_is(
             "faults",
             "Faults of sensors and clocks",
             readers.faults,
             tuple(faulty),
             "faults",
-            settable=False,
         ),
     )
 
@@ -269,12 +264,11 @@ def of_maps(data: Path) -> tuple[Bench, ...]:
         Bench(
             "merge", "Maps of two days become one", readers.merge, simulated("--runs=4", "--jobs=1")
         ),
-        Bench(
+        as_it_is(
             "revisit_along",
             "Revisits along real lines",
             by_row(lambda row: str(row["variant"]), readers.REVISIT),
             (along,),
-            settable=False,
         ),
     )
 
@@ -283,27 +277,24 @@ def of_simulation() -> tuple[Bench, ...]:
     """What is simulated, and calibrated on it."""
     real = ("{data}/real_ground", "{data}/cmu_real", "{data}/robots/husky.bag")
     return (
-        Bench(
+        as_it_is(
             "radar_time_offset",
             "Calibration of the radar's time offset",
             readers.radar_time_offset,
             simulated("--seeds=4", "--jobs=1"),
-            settable=False,
         ),
-        Bench(
+        as_it_is(
             "fdtd",
             "The simulated ground against physics",
             one_row(readers.FDTD),
             simulated(),
             "fdtd_physics.py",
-            settable=False,
         ),
-        Bench(
+        as_it_is(
             "realism",
             "Simulated data beside real ones",
             readers.realism,
             (Job("all", ("{data}",), real),),
-            settable=False,
         ),
     )
 
@@ -318,64 +309,52 @@ def of_speed(data: Path) -> tuple[Bench, ...]:
         return (Job("all", (basement, *words)),)
 
     return (
-        Bench(
+        timed_as_it_is(
             "hostile_packets",
             "Packets that no daemon should believe",
             readers.hostile_packets,
             on_basement("--packets=20000", "--speed=4"),
-            alone=True,
-            settable=False,
         ),
-        Bench(
+        timed_as_it_is(
             "process_faults",
             "A daemon whose process, disk or listener fails",
             readers.process_faults,
             on_basement("--seconds=20"),
-            alone=True,
-            settable=False,
         ),
-        Bench(
+        timed_as_it_is(
             "kernels",
             "Processor time of the parts",
             by_row(lambda row: str(row["name"]), readers.KERNEL),
             simulated(),
-            alone=True,
-            settable=False,
             compiled=True,
         ),
-        Bench("replay_speed", "Speed of a replay", replays, both, alone=True),
-        Bench(
+        timed("replay_speed", "Speed of a replay", replays, both),
+        timed_as_it_is(
             "view_load",
             "Looking at a drive of an hour, and at a running robot",
             one_row(readers.VIEW),
             on_basement(),
-            alone=True,
-            settable=False,
         ),
-        Bench(
+        as_it_is(
             "report_pages",
             "Pages of `gprodom report`, as Chromium shows and prints them",
             by_name(readers.PAGE),
             (Job("all", ("{data}",), PAGES, ("{data}", "--only=robot")),),
-            settable=False,
         ),
-        Bench(
+        timed(
             "window_solvers",
             "The window by Ceres and by the chain",
             by_row(lambda row: short_name(row["log"]), readers.SOLVERS),
             both,
-            alone=True,
         ),
-        Bench(
+        timed_as_it_is(
             "smoothers",
             "Beside GTSAM",
             readers.smoothers,
             (Job("all", ("--repeats=1", "--rate=5", basement)),),
-            alone=True,
-            settable=False,
             compiled=True,
         ),
-        Bench(
+        timed(
             "live",
             "Cost and latency of the daemon, live",
             readers.live,
@@ -384,14 +363,11 @@ def of_speed(data: Path) -> tuple[Bench, ...]:
                 Job("busy", (basement, "--busy=2"), prefix="busy"),
             ),
             "live_load.py",
-            alone=True,
         ),
-        Bench(
+        timed_as_it_is(
             "ros2_live",
             "Latency and losses of the ROS 2 node (built by scripts/check-ros2), live",
             readers.live,
             of_ros2(),
-            alone=True,
-            settable=False,
         ),
     )

@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -50,7 +51,7 @@ class Task:
 
     @property
     def name(self) -> str:
-        """For people, and to find how long it took before."""
+        """For people."""
         return f"{self.bench.name}/{self.job.name}"
 
     def figures(self, output: Any) -> Iterator[Figure]:
@@ -73,7 +74,6 @@ class Measurement:
         """prepare: called before anything is run, but not where all was measured before."""
         self._program, self._settings, self._executor = program, settings, executor
         self._prepare = prepare
-        self._durations = _Durations(settings.cache / "durations.json")
 
     def of(self, benches: Sequence[Bench]) -> list[Report]:
         """Their reports, in their order; without benches of which nothing is short, if it is."""
@@ -98,22 +98,22 @@ class Measurement:
             print(f"{len(measured)} jobs were measured before", file=sys.stderr)
         if tasks:
             self._prepare()
-        together = [task for task in tasks if not task.bench.alone]
-        alone = [task for task in tasks if task.bench.alone]
-        left = _Left(tasks, self._durations)
-        for some, executor in ((together, self._executor), (alone, LocalExecutor(1))):
-            workers = executor.workers
-            for task, answer in self._run(some, executor):
-                try:
-                    if answer.code == NOT_HERE:
-                        said = f"NOT RUN: {answer.said.strip()}"
-                    else:
-                        measured[task.name] = self._read(task, answer)
-                        said = f"{answer.seconds:.0f} s"
-                except Error as error:
-                    failed[task.name] = str(error)
-                    said = f"failed: {str(error).splitlines()[0]}"
-                print(f"{left.after(task, workers)} {task.name}: {said}", file=sys.stderr)
+        together = self._run([task for task in tasks if not task.bench.alone], self._executor)
+        alone = self._run([task for task in tasks if task.bench.alone], LocalExecutor(1))
+        begun = time.monotonic()
+        for done, (task, answer) in enumerate(chain(together, alone), 1):
+            try:
+                if answer.code == NOT_HERE:
+                    said = f"NOT RUN: {answer.said.strip()}"
+                else:
+                    measured[task.name] = self._read(task, answer)
+                    said = f"{answer.seconds:.0f} s"
+            except Error as error:
+                failed[task.name] = str(error)
+                said = f"failed: {str(error).splitlines()[0]}"
+            minutes = (time.monotonic() - begun) * (len(tasks) / done - 1) / 60
+            left = f"[{done}/{len(tasks)}, {minutes:.0f} min left]"
+            print(f"{left} {task.name}: {said}", file=sys.stderr)
         return [report for bench in benches if (report := _report(bench, measured, failed))]
 
     def _task(self, bench: Bench, job: Job) -> Task:
@@ -177,7 +177,6 @@ class Measurement:
         path.parent.mkdir(parents=True, exist_ok=True)
         kept = {"output": output, "measured": asdict(measured)}
         write_bytes(path, (to_json(kept) + "\n").encode())
-        self._durations.tell(task.name, answer.seconds)
         return measured
 
 
@@ -203,44 +202,3 @@ def _report(bench: Bench, measured: dict[str, Measured], failed: dict[str, str])
         if count > 1:
             lost[name] = "a figure of this name twice: give the jobs a prefix"
     return Report(bench.name, bench.title, jobs, lost) if jobs or lost else None
-
-
-class _Durations:
-    """How long each job took when it was last measured, with whatever program."""
-
-    def __init__(self, path: Path) -> None:
-        self._path = path
-        self._known: dict[str, float] = {}
-        if path.exists():
-            self._known = json.loads(path.read_text(encoding="utf-8"))
-
-    def of(self, task: Task) -> float | None:
-        return self._known.get(task.name)
-
-    def tell(self, name: str, seconds: float) -> None:
-        self._known[name] = round(seconds, 1)
-        self._path.parent.mkdir(parents=True, exist_ok=True)
-        write_bytes(self._path, to_json(self._known).encode())
-
-
-class _Left:
-    """Jobs and time left, by how long each took before; one that is new is a mean one."""
-
-    def __init__(self, tasks: Sequence[Task], durations: _Durations) -> None:
-        known = [seconds for task in tasks if (seconds := durations.of(task)) is not None]
-        usual = sum(known) / len(known) if known else None
-        self._expected = {task.name: durations.of(task) or usual for task in tasks}
-        self._total, self._done = len(tasks), 0
-        self._started = time.monotonic()
-
-    def after(self, task: Task, workers: int) -> str:
-        """Once this one has ended: [3/20, 5 min left]."""
-        self._done += 1
-        self._expected.pop(task.name, None)
-        known = [seconds for seconds in self._expected.values() if seconds is not None]
-        if len(known) == len(self._expected):
-            seconds = sum(known) / workers
-        else:
-            seconds = (time.monotonic() - self._started) / self._done * len(self._expected)
-        left = f"{seconds / 60:.0f} min" if seconds > 90 else f"{seconds:.0f} s"
-        return f"[{self._done}/{self._total}, {left} left]"

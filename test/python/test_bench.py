@@ -25,7 +25,7 @@ KERNELS = BENCH / "kernels.py"
 def test_every_bench_is_named_where_it_is_found() -> None:
     """By a document, a test, a check, the table of bench/run, or by another bench that is."""
     sources = [path for path in BENCH.rglob("*") if path.suffix in (".py", ".cpp")]
-    places = [*CHECKOUT.glob("docs/*.md"), *CHECKOUT.glob("test/python/*.py"), *sources]
+    places = [*CHECKOUT.glob("docs/*.md"), *CHECKOUT.glob("test/python/**/*.py"), *sources]
     places += [path for path in CHECKOUT.glob("scripts/*") if path.is_file()]
     texts = {path: path.read_text(errors="replace") for path in places}
     kernels = re.findall(r'"(\w+)"', re.search(r"^PROGRAMS = .*$", texts[KERNELS], re.M)[0])
@@ -35,7 +35,7 @@ def test_every_bench_is_named_where_it_is_found() -> None:
             continue
         name = path.stem
         ways = [rf"\b{name}\.(py|cpp)", rf"\bbench_{name}\b", rf"^(import|from) {name}\b"]
-        word = re.compile("|".join([*ways, rf'Bench\(\s*"{name}"']), re.M)
+        word = re.compile("|".join([*ways, rf'(Bench|as_it_is|timed)\(\s*"{name}"']), re.M)
         if not any(word.search(text) for where, text in texts.items() if where != path):
             unnamed.append(path.name)
     assert unnamed == []
