@@ -1,5 +1,4 @@
-// bench_yard HOURS [--speed M/S] [--rest S] [--pieces N] [--seed N] [--smooth] [--json FILE]
-// [KEY=VALUE]...:
+// bench_yard HOURS --json FILE [--rest S] [--pieces N] [--seed N] [KEY=VALUE]...:
 // a robot that drives the same 400 m of a yard again and again for HOURS of data (yard_robot.h),
 // and rests before each round (2 m/s, 1600 s: two rounds an hour). In one process and on one
 // thread, as fast as it goes. Data are made as they are needed and are the same for the same seed.
@@ -8,8 +7,6 @@
 // before has left in state.directory (a folder of its own is made, and removed at the end). A row
 // each, too. Pieces after the first are located in its map: their NEES is by what they are off
 // beside what that map is off at the same metre of the route.
-//
-// --smooth: in the end, all poses of the last piece are solved at once, and what that cost is told.
 //
 // Tells for each day (86,400 s of data, or the part of it) what it cost: processor milliseconds for
 // each second of data, without the making of the data; the same in yardsticks (soak_meter.h);
@@ -39,12 +36,12 @@ namespace {
 using namespace gprodom;
 
 constexpr double kDay = 86'400.0;  // s
+constexpr double kSpeed = 2.0;     // m/s
 
 struct Options {
-  double hours = 0.0, speed = 2.0, rest = 1600.0;
+  double hours = 0.0, rest = 1600.0;
   int pieces = 1;
   unsigned seed = 1;
-  bool smooth = false;
   std::string json;
   std::vector<std::string> settings;
 };
@@ -57,12 +54,6 @@ struct Day {
 
   double cpu_ms() const { return 1e3 * cpu_s / seconds; }
   double in_yardsticks() const { return cpu_s / seconds / yardstick_s; }
-};
-
-// The solution over all poses of the last piece.
-struct Smoothing {
-  std::size_t states = 0;
-  double cpu_s = 0.0;
 };
 
 // A folder for state.directory that goes with its owner.
@@ -91,7 +82,7 @@ class Yard {
  public:
   explicit Yard(const Options& options)
       : options_(options),
-        robot_(options.seed, options.speed, options.rest),
+        robot_(options.seed, kSpeed, options.rest),
         config_(config()),
         before_(resident_bytes()) {}
 
@@ -100,8 +91,6 @@ class Yard {
     for (int piece = 0; piece < options_.pieces; ++piece) {
       const std::int64_t end = seconds * (piece + 1) / options_.pieces;
       auto runner = timed([&] { return std::make_unique<Runner>(config_, Execution::kInline); });
-      const bool last = piece + 1 == options_.pieces;
-      if (options_.smooth && last) runner->record();
       for (; done_s_ < end; ++done_s_) {
         if (day().seconds >= kDay || (piece > piece_ && day().seconds > 0)) days_.emplace_back();
         piece_ = piece;
@@ -109,7 +98,6 @@ class Yard {
         if ((done_s_ + 1) % 3600 == 0 || done_s_ + 1 == end) tell();
       }
       timed([&] { return runner->finish(); });
-      if (options_.smooth && last) smooth(*runner);
       timed([&] {
         runner.reset();
         return 0;
@@ -118,16 +106,8 @@ class Yard {
     }
     return days_;
   }
-  const Smoothing& smoothing() const { return smoothing_; }
 
  private:
-  void smooth(Runner& runner) {
-    const double begin = processor_s();
-    smoothing_.states = runner.smoothed().size();
-    smoothing_.cpu_s = processor_s() - begin;
-    std::fprintf(stderr, "smoothed: %zu states in %.1f s\n", smoothing_.states, smoothing_.cpu_s);
-  }
-
   Config config() const {
     std::vector<std::string> settings = options_.settings;
     settings.push_back("state.directory=" + folder_.path());
@@ -214,7 +194,6 @@ class Yard {
   const Config config_;
   const std::int64_t before_;
   std::vector<Day> days_ = {{}};
-  Smoothing smoothing_;
   Yardstick yardstick_;
   std::int64_t done_s_ = 0, yardsticks_ = 0;
   double yardstick_sum_s_ = 0.0;
@@ -223,11 +202,9 @@ class Yard {
   std::vector<std::optional<Off>> map_off_{static_cast<std::size_t>(YardRoute::kLength) + 1};
 };
 
-void write_json(const Options& options, const std::vector<Day>& days, const Smoothing& smoothing,
-                std::ostream& out) {
+void write_json(const Options& options, const std::vector<Day>& days, std::ostream& out) {
   out << "{\"hours\": " << options.hours << ", \"pieces\": " << options.pieces
-      << ", \"seed\": " << options.seed << ", \"speed\": " << options.speed
-      << ", \"rest\": " << options.rest << ", \"days\": [";
+      << ", \"seed\": " << options.seed << ", \"rest\": " << options.rest << ", \"days\": [";
   for (std::size_t i = 0; i < days.size(); ++i) {
     const Day& day = days[i];
     const double compared = std::max(1, day.compared);
@@ -250,12 +227,6 @@ void write_json(const Options& options, const std::vector<Day>& days, const Smoo
         << ", \"memory_last_over_second\": " << last.resident_mb / second.resident_mb
         << ", \"map_last_over_second\": " << last.map_mb / second.map_mb;
   }
-  if (options.smooth) {
-    const auto states = static_cast<double>(smoothing.states);
-    out << ", \"smoothed_states\": " << smoothing.states
-        << ", \"smoothed_cpu_s\": " << smoothing.cpu_s
-        << ", \"smoothed_us_per_state\": " << 1e6 * smoothing.cpu_s / std::max(1.0, states);
-  }
   out << "}\n";
 }
 
@@ -263,15 +234,9 @@ Options options_of(const std::vector<std::string>& arguments) {
   Options options;
   for (std::size_t i = 0; i < arguments.size(); ++i) {
     const std::string& argument = arguments[i];
-    if (argument == "--smooth") {
-      options.smooth = true;
-      continue;
-    }
     if (argument.rfind("--", 0) == 0 && i + 1 == arguments.size())
       throw std::invalid_argument(argument);
-    if (argument == "--speed") {
-      options.speed = std::stod(arguments[++i]);
-    } else if (argument == "--rest") {
+    if (argument == "--rest") {
       options.rest = std::stod(arguments[++i]);
     } else if (argument == "--pieces") {
       options.pieces = std::stoi(arguments[++i]);
@@ -285,8 +250,8 @@ Options options_of(const std::vector<std::string>& arguments) {
       options.hours = std::stod(argument);
     }
   }
-  if (!(options.hours > 0 && options.hours <= 1000 && options.pieces > 0 && options.speed > 0 &&
-        options.rest >= 5))
+  if (!(options.hours > 0 && options.hours <= 1000 && options.pieces > 0 && options.rest >= 5) ||
+      options.json.empty())
     throw std::invalid_argument("HOURS");
   return options;
 }
@@ -298,22 +263,16 @@ int main(int argc, char** argv) {
   try {
     options = options_of({argv + 1, argv + argc});
   } catch (const std::logic_error&) {
-    std::cerr
-        << "usage: bench_yard HOURS [--speed M/S] [--rest S] [--pieces N] [--seed N] [--smooth] "
-           "[--json FILE] [KEY=VALUE]...\n"
-           "HOURS of data up to 1000 on the same 400 m; what it tells: bench/yard.cpp\n";
+    std::cerr << "usage: bench_yard HOURS --json FILE [--rest S] [--pieces N] [--seed N] "
+                 "[KEY=VALUE]...\n"
+                 "HOURS of data up to 1000 on the same 400 m; what it tells: bench/yard.cpp\n";
     return 2;
   }
   try {
-    Yard yard(options);
-    const std::vector<Day> days = yard.run();
-    if (options.json.empty()) {
-      write_json(options, days, yard.smoothing(), std::cout);
-    } else {
-      std::ofstream file(options.json);
-      write_json(options, days, yard.smoothing(), file);
-      if (!file.flush()) throw std::runtime_error(options.json + ": cannot be written");
-    }
+    const std::vector<Day> days = Yard(options).run();
+    std::ofstream file(options.json);
+    write_json(options, days, file);
+    if (!file.flush()) throw std::runtime_error(options.json + ": cannot be written");
   } catch (const std::exception& error) {
     std::cerr << "bench_yard: " << error.what() << '\n';
     return 1;
