@@ -22,8 +22,6 @@ features alone, no travel time is stretched (--no-beside: without).
 from __future__ import annotations
 
 import argparse
-import sys
-import tempfile
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -34,12 +32,13 @@ import numpy as np
 import gprodom
 from gprodom import rotation
 from gprodom.arrays import Floats
+from gprodom.files import temporary_folder
 from gprodom.map.ground import read_map
 from gprodom.simulate import Simulated, simulate, stream
 from gprodom.simulate import radar as radar_of
 from gprodom.simulate.ground import Ground, GroundSpec
 from gprodom.simulate.recording import as_recording
-from program import print_figures, table_of
+from program import exit_with, print_figures, table_of
 from relocation import Visit, command_line, each_drive, placed, remember_others, simulated, visited
 
 DAY = 86_400_000_000  # us
@@ -124,15 +123,15 @@ def run_one(
 ) -> list[Outcome]:
     """One map, and the drives of another day."""
     first = simulated(seed)
-    with tempfile.TemporaryDirectory() as folder:
-        where = Path(folder) / "day.map"
+    with temporary_folder() as folder:
+        where = folder / "day.map"
         estimator = gprodom.Odometry(set=sets)
         estimator.load_map(str(others))
         outputs = estimator.run(**as_recording(first).messages())
         origin = int(outputs.odometry["time"][0]) // 1000
         estimator.reset()
         estimator.save_map(str(where))
-        features = Path(folder) / "features.map"
+        features = folder / "features.map"
         features.write_bytes(read_map(where).ground.features_alone().to_bytes())
         found = []
         for number, percent in enumerate(changes):
@@ -170,7 +169,7 @@ def summarise(
     }
 
 
-def main() -> int:
+def main() -> None:
     """Runs the command line."""
     parser = command_line(__doc__, others=5)
     parser.add_argument(
@@ -185,8 +184,8 @@ def main() -> int:
         "--beside", action=argparse.BooleanOptionalAction, default=True, help="see above"
     )
     args = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder:
-        others = Path(folder) / "others.map"
+    with temporary_folder() as folder:
+        others = folder / "others.map"
         remember_others(args.others, others)
         work = partial(
             run_one, changes=args.change, others=others, sets=args.overrides, beside=args.beside
@@ -202,8 +201,7 @@ def main() -> int:
             figures.append(summarise(change, "before", before, []))
     drives = [asdict(one) for run in runs for one in run]
     print_figures(args, {"figures": figures, "drives": drives}, table_of(figures))
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

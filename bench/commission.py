@@ -20,8 +20,6 @@ as it is in their table; their truth scores and is not fitted.
 from __future__ import annotations
 
 import json
-import sys
-import tempfile
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -34,6 +32,7 @@ from estimates import planar_figures
 from gprodom import rotation
 from gprodom.config import STANDARD
 from gprodom.errors import Error
+from gprodom.files import temporary_folder
 from gprodom.lcm import logs, wire
 from gprodom.lcm.log_writer import Stream, write_log
 from gprodom.lcm.messages import by_fingerprint
@@ -49,7 +48,7 @@ from gprodom.simulate.recording import log_streams
 from gprodom.simulate.robot import KINDS, of_kind, robot
 from gprodom.simulate.sequence import Simulated, Spec, simulate
 from processes import children_seconds
-from program import command, one_by_one, parser_of, print_figures, table_of
+from program import command, exit_with, one_by_one, parser_of, print_figures, table_of
 from recordings import convert, recordings_of
 from robots import UNDECIDED_M
 
@@ -247,7 +246,7 @@ def summary(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     return found
 
 
-def main() -> int:
+def main() -> None:
     """Measures and prints."""
     parser = parser_of(__doc__)
     parser.add_argument("--robots", type=int, default=50, metavar="N")
@@ -260,12 +259,12 @@ def main() -> int:
     seeds = range(args.first, args.first + args.robots)
     todo = seeds if args.recordings is None else args.only or list(recordings_of(args.recordings))
     for each in one_by_one("robots", todo):
-        with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+        with temporary_folder() as folder:
             try:
                 rows.append(
-                    one(each, Path(name), not args.no_radar)
+                    one(each, folder, not args.no_radar)
                     if isinstance(each, int)
-                    else real(each, args.recordings, Path(name))
+                    else real(each, args.recordings, folder)
                 )
             except Error as error:
                 rows.append({"name": str(each), "deviations": {}, "error": str(error)})
@@ -274,8 +273,7 @@ def main() -> int:
     lines = [{key: row.get(key) for key in (*keys, "error")} for row in rows]
     text = f"{table_of(lines)}\n{table_of(constants)}"
     print_figures(args, {"robots": rows, "constants": constants}, text)
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

@@ -16,7 +16,6 @@ With --strangers the map is that of the next scene: to be located in it is false
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -24,6 +23,7 @@ from typing import Any
 
 from estimates import planar_figures, run_method
 from gprodom.errors import Error
+from gprodom.files import temporary_folder
 from gprodom.odometry.estimate import Estimate
 from gprodom.score.figures import Figures
 from gprodom.score.frames import in_last_frame
@@ -51,8 +51,7 @@ def pairs_of(sequences: Sequence[Path], strangers: bool) -> list[tuple[Path, Pat
 def run(pair: tuple[Path, Path], overrides: Sequence[str]) -> dict[str, Any]:
     """Of one pair; the drive without the map is scored from where it was located with it."""
     first, second = pair
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-        folder = Path(name)
+    with temporary_folder() as folder:
         state = folder / "state"
         state.mkdir()
 
@@ -82,7 +81,7 @@ def run(pair: tuple[Path, Path], overrides: Sequence[str]) -> dict[str, Any]:
     }
 
 
-def main() -> int:
+def main() -> None:
     """Runs the command line."""
     parser = parser_of(__doc__, jobs=2, overrides=True)
     parser.add_argument("sequences", metavar="FOLDER", type=Path, nargs="+")
@@ -94,7 +93,6 @@ def main() -> int:
     days = in_processes(args.jobs, "drives", partial(run, overrides=args.overrides), pairs)
     header = ["drive", "map of", "located after (m)", "error (m)", "without", "NEES x,y"]
     print_rows(args, days, header)
-    return 0
 
 
 if __name__ == "__main__":

@@ -11,7 +11,6 @@ clocks. Prints for each kind how many were named, and what was found in good one
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -31,7 +30,7 @@ from gprodom.simulate.recording import log_streams
 from gprodom.simulate.robot import of_kind, robot
 from gprodom.simulate.routes import make_route
 from gprodom.simulate.sequence import SurveySpec, simulate
-from program import one_by_one, parser_of, print_figures, table_of
+from program import exit_with, one_by_one, parser_of, print_figures, table_of
 
 ROUTES = ("eight", "stops", "loop")
 ROBOTS = ("", "cart", "rover")  # one wheel, then pairs
@@ -293,7 +292,7 @@ def damaged(log: Log, name: str, seed: int) -> Log:
     return copy
 
 
-def main() -> int:
+def main() -> None:
     """Measures and prints."""
     parser = parser_of(__doc__)
     parser.add_argument("--recordings", type=int, default=200, metavar="N")
@@ -327,8 +326,7 @@ def main() -> int:
     }
     lines = [table_of(rows), *missed, *(f"good {seed}: {codes}" for seed, codes in found.items())]
     print_figures(args, figures, "\n".join(lines))
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

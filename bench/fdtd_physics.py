@@ -17,7 +17,6 @@ Needs the extra `fdtd`; takes about 20 s. Exit code 1 where a figure is off by m
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -28,7 +27,7 @@ from gprodom.console import format_table
 from gprodom.ground.fdtd import SPEED_OF_LIGHT, simulate_line
 from gprodom.ground.materials import sections
 from gprodom.ground.scene import Antenna, Layer, Pipe, Scene
-from program import parser_of, print_figures
+from program import exit_with, parser_of, print_figures
 
 INTERVAL = 2e-10  # s
 CELL = 0.01  # m
@@ -157,4 +156,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

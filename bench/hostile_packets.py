@@ -20,7 +20,6 @@ import argparse
 import math
 import socket
 import struct
-import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -31,6 +30,7 @@ import numpy as np
 from gprodom.config import Configs
 from gprodom.console import Progress
 from gprodom.errors import Error
+from gprodom.files import temporary_folder
 from gprodom.lcm import LCM, logs
 from gprodom.lcm.messages import fingerprint, message
 from gprodom.odometry.replay import run_replay
@@ -312,9 +312,9 @@ def parse() -> argparse.Namespace:
 def main() -> int:
     """Runs the command line."""
     args = parse()
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-        log = log_of(args.log, Path(name))
-        figures = measure(log, args.configs, args.packets, args.speed, args.seed, Path(name))
+    with temporary_folder() as folder:
+        log = log_of(args.log, folder)
+        figures = measure(log, args.configs, args.packets, args.speed, args.seed, folder)
     wrong = verdict(figures, args.max_growth)
     shown = {**figures, "reasons": "", **figures["reasons"]}
     print_figures(args, {**figures, "wrong": wrong}, list_of(shown))

@@ -1,26 +1,20 @@
 #!/usr/bin/env python3
 """Is a robot told that its wheels turn and the ground stands (flag IMMOBILISED)?
 
-Without SEQUENCE, simulated drives, two cases each: once the robot digs itself in while it drives,
-once it stands and does not get going. In every second drive the wheel turns slowly (0.05 to 0.25
-m/s), in the others at 0.3 to 0.8 m/s. A case begins when the ground stands and the wheel turns, and
-is told in time if the flag comes within 1 s at 0.3 m/s or more, else within 0.3 m that the wheel
-turns. With --km, drives besides on which the robot is never immobilised, of so many km in all:
-creeping, driving and resting, on ground of any unevenness down to none, where the radar sees no
-motion. A false alarm is a flag without a case.
+Simulated drives, two cases each: once the robot digs itself in while it drives, once it stands and
+does not get going. In every second drive the wheel turns slowly (0.05 to 0.25 m/s), in the others
+at 0.3 to 0.8 m/s. A case begins when the ground stands and the wheel turns, and is told in time if
+the flag comes within 1 s at 0.3 m/s or more, else within 0.3 m that the wheel turns. With --km,
+drives besides on which the robot is never immobilised, of so many km in all: creeping, driving and
+resting, on ground of any unevenness down to none, where the radar sees no motion. A false alarm is
+a flag without a case.
 
-With SEQUENCEs, flags on those: none is immobilised, so that each is a false alarm.
-
-    bench/immobilised.py [--cases 40] [--km 20] [--lines NAME|FILE] [-j 2] [--json]
-    bench/immobilised.py ../shared/data/cmu_like/*.zip ../shared/data/rough/*.zip
+    bench/immobilised.py [--cases 40] [--km 20] [-j 2] [--json]
 """
 
 from __future__ import annotations
 
 import math
-import sys
-import tempfile
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -30,59 +24,53 @@ import numpy as np
 
 from estimates import run_method
 from gprodom.arrays import Bools, Floats, runs
+from gprodom.files import temporary_folder
 from gprodom.ground.survey import shipped
 from gprodom.lcm import logs
 from gprodom.lcm.constants import flag
 from gprodom.lcm.log_writer import write_log
-from gprodom.odometry.estimate import as_log
 from gprodom.random_streams import stream
 from gprodom.simulate.drives import creeping_drive, immobilised_drive
 from gprodom.simulate.ground import GroundSpec
 from gprodom.simulate.recording import log_streams
 from gprodom.simulate.sequence import Simulated, SurveySpec
 from gprodom.simulate.wheel import Stuck
-from program import in_processes, parser_of, print_figures, table_of
+from program import exit_with, in_processes, parser_of, print_figures, table_of
 
 IN_TIME_S, IN_TIME_M = 1.0, 0.3
 FAST_MPS = 0.3  # from here on, the time counts
 OVER_S = 1.5  # after the end of a case, the flag may still stand
 PIECE_M = 500.0  # of the drives without cases
 RAYS = "rays"
-Spans = Sequence[tuple[float, float]]
 
 
 @dataclass(frozen=True)
 class Told:
     """Poses: times (n,), s from the start; flagged (n,); positions (n, 3), m. And for how long
-    STATUS says that the robot is immobilised, and that it cannot tell, s."""
+    STATUS says that the robot is immobilised, s."""
 
     t: Floats
     flagged: Bools
     position: Floats
     in_status_s: float
-    cannot_tell_s: float
 
 
-def replay(log: Path, output: Path, start: int | None = None) -> Told:
-    """What the estimator tells of a log. start: us, of its times; None: of the first pose."""
+def replay(log: Path, output: Path, start: int) -> Told:
+    """What the estimator tells of a log. start: us, of its times."""
     run_method(log, "gprodom", output)
     said = logs.read(output, ["ODOMETRY", "STATUS"])
-    odometry = said["ODOMETRY"]
-    said_so, cannot = (
-        float(sum(any(words in reason for reason in m.reasons) for m in said["STATUS"]["messages"]))
-        for words in ("immobilised:", "cannot be told from slow motion")
-    )
+    odometry, messages = said["ODOMETRY"], said["STATUS"]["messages"]
+    said_so = sum(any("immobilised:" in reason for reason in m.reasons) for m in messages)
     bits = (odometry["flags"] & flag("IMMOBILISED")) != 0
-    t = odometry["utime"] * 1e-6
-    t = t - (t[0] if start is None else start * 1e-6)
-    return Told(t, bits, odometry["position"], said_so, cannot)
+    t = odometry["utime"] * 1e-6 - start * 1e-6
+    return Told(t, bits, odometry["position"], float(said_so))
 
 
-def ground_of(seed: int, lines: tuple[str, ...]) -> tuple[str, GroundSpec | SurveySpec]:
+def ground_of(seed: int) -> tuple[str, GroundSpec | SurveySpec]:
     """The grounds take turns."""
-    names = (*shipped(), RAYS, *lines)
+    names = (*shipped(), RAYS)
     name = names[seed % len(names)]
-    return Path(name).stem, GroundSpec() if name == RAYS else SurveySpec(name)
+    return name, GroundSpec() if name == RAYS else SurveySpec(name)
 
 
 def case_of(simulated: Simulated, name: str, stuck: Stuck, told: Told) -> dict[str, Any]:
@@ -117,42 +105,34 @@ def span_of(simulated: Simulated, stuck: Stuck) -> tuple[float, float]:
     return max(stands, stuck.start), end
 
 
-def result(
-    name: str, km: float, told: Told, cases: Sequence[dict[str, Any]] = (), spans: Spans = ()
-) -> dict[str, Any]:
-    """Of one drive: its cases, and flags beside their spans (s from the start, from and to)."""
+def judge(simulated: Simulated, name: str) -> dict[str, Any]:
+    """Replays a simulated drive and holds the flags against its cases. false_alarms: flags beside
+    these, s from the start, from and to."""
+    with temporary_folder() as folder:
+        log = folder / "in.lcmlog"
+        write_log(log, log_streams(simulated))
+        told = replay(log, folder / "out.lcmlog", simulated.spec.start_utime)
+    stuck = simulated.spec.wheel.stuck
+    spans = [span_of(simulated, each) for each in stuck]
     alarms = [(float(told.t[a]), float(told.t[b - 1])) for a, b in runs(told.flagged)]
     return {
         "name": name,
-        "km": km,
-        "cases": list(cases),
+        "km": float(simulated.truth.travelled[-1]) / 1000,
+        "cases": [case_of(simulated, name, each, told) for each in stuck],
         "false_alarms": [
             (first, last)
             for first, last in alarms
             if not any(first <= end + OVER_S and last >= begin for begin, end in spans)
         ],
         "in_status_s": told.in_status_s,
-        "cannot_tell_s": told.cannot_tell_s,
     }
 
 
-def judge(simulated: Simulated, name: str) -> dict[str, Any]:
-    """Replays a simulated drive and holds the flags against its cases."""
-    with tempfile.TemporaryDirectory() as folder:
-        log = Path(folder) / "in.lcmlog"
-        write_log(log, log_streams(simulated))
-        told = replay(log, Path(folder) / "out.lcmlog", simulated.spec.start_utime)
-    stuck = simulated.spec.wheel.stuck
-    cases = [case_of(simulated, name, each, told) for each in stuck]
-    spans = [span_of(simulated, each) for each in stuck]
-    return result(name, float(simulated.truth.travelled[-1]) / 1000, told, cases, spans)
-
-
-def run_case(seed: int, lines: tuple[str, ...]) -> dict[str, Any]:
+def run_case(seed: int) -> dict[str, Any]:
     """One drive with two cases."""
     choose = stream(seed, "case")
     speed = choose.uniform(0.05, 0.25) if seed % 2 else choose.uniform(0.3, 0.8)
-    ground_name, ground = ground_of(seed // 2, lines)
+    ground_name, ground = ground_of(seed // 2)
     return judge(immobilised_drive(seed, ground, speed), f"{seed} {ground_name}")
 
 
@@ -162,16 +142,6 @@ def run_creeping(seed: int, distance_m: float) -> dict[str, Any]:
     ground = simulated.spec.ground
     assert isinstance(ground, GroundSpec)
     return judge(simulated, f"{seed} uneven {ground.waviness:g}, {ground.scatterers:g}/m2")
-
-
-def run_sequence(sequence: Path) -> dict[str, Any]:
-    """A recorded one."""
-    with tempfile.TemporaryDirectory() as folder:
-        log = as_log(sequence, Path(folder), None)
-        told = replay(log, Path(folder) / "out.lcmlog")
-        wheel = logs.read(log, ["WHEEL"])["WHEEL"]
-        km = float(np.abs(np.diff(wheel["ticks"] * wheel["metres_per_tick"])).sum()) / 1000
-    return result(sequence.stem, km, told)
 
 
 def table(results: list[dict[str, Any]]) -> str:
@@ -188,33 +158,20 @@ def table(results: list[dict[str, Any]]) -> str:
     return f"{text}false alarms: {false} in {km:.2f} km"
 
 
-def main() -> int:
+def main() -> None:
     """Runs the command line."""
     parser = parser_of(__doc__, jobs=2)
-    parser.add_argument("sequences", metavar="SEQUENCE", type=Path, nargs="*")
     parser.add_argument("--cases", type=int, default=40, help="default: %(default)s")
     parser.add_argument("--km", type=float, default=0.0, help="default: %(default)s")
     parser.add_argument("--seed", type=int, default=0, help="of the first drive")
-    parser.add_argument(
-        "--lines",
-        metavar="NAME|FILE",
-        action="append",
-        default=[],
-        help="ground of survey lines besides (`gprodom convert survey`)",
-    )
     args = parser.parse_args()
-    if args.sequences:
-        results = in_processes(args.jobs, "drives", run_sequence, args.sequences)
-    else:
-        seeds = range(args.seed, args.seed + args.cases // 2)
-        pieces = range(args.seed, args.seed + round(args.km * 1000 / PIECE_M))
-        case = partial(run_case, lines=tuple(args.lines))
-        creeping = partial(run_creeping, distance_m=PIECE_M)
-        results = in_processes(args.jobs, "drives", case, seeds)
-        results += in_processes(args.jobs, "creeping drives", creeping, pieces)
+    seeds = range(args.seed, args.seed + args.cases // 2)
+    pieces = range(args.seed, args.seed + round(args.km * 1000 / PIECE_M))
+    creeping = partial(run_creeping, distance_m=PIECE_M)
+    results = in_processes(args.jobs, "drives", run_case, seeds)
+    results += in_processes(args.jobs, "creeping drives", creeping, pieces)
     print_figures(args, results, table(results))
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

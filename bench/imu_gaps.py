@@ -74,7 +74,7 @@ def measure(paths: list[Path], length: float) -> dict[str, Any]:
     }
 
 
-def main() -> int:
+def main() -> None:
     """Runs the command line."""
     parser = parser_of(__doc__)
     parser.add_argument("logs", nargs="+", type=Path, metavar="LOG.lcmlog")
@@ -82,7 +82,6 @@ def main() -> int:
     rows = [measure(args.logs, length) for length in LENGTHS]
     heading = ["gap (s)", "yaw, RMS (rad)", "99 %", "speed, RMS (m/s)", "tilt, RMS (rad)"]
     print_rows(args, rows, heading)
-    return 0
 
 
 if __name__ == "__main__":

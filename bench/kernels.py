@@ -42,7 +42,7 @@ def measure(program: Path, repetitions: int, min_time: float) -> list[dict[str, 
     ]
 
 
-def main() -> int:
+def main() -> None:
     """Runs the command line."""
     parser = parser_of(__doc__)
     parser.add_argument("--only", choices=PROGRAMS, action="append", default=[])
@@ -58,7 +58,6 @@ def main() -> int:
             raise Error(f"{program}: not built")
         rows += measure(program, args.repetitions, args.min_time)
     print_rows(args, rows, ["kernel", "us", "+-"])
-    return 0
 
 
 if __name__ == "__main__":

@@ -16,14 +16,13 @@ the curvature at small d of the correlation along the track, less that stretch
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from gprodom.arrays import Floats
-from program import list_of, parser_of, print_figures, table_of
+from program import exit_with, list_of, parser_of, print_figures, table_of
 
 PATCH, REACH = 100, 28  # traces: 1.8 m, and 0.5 m, as lines start up to 25 cm apart
 DEPTH = slice(15, 120)  # samples: 5 to 38 ns; below, noise is as strong as the ground
@@ -93,7 +92,7 @@ def measure(folder: Path) -> dict[str, Any]:
     }
 
 
-def main() -> int:
+def main() -> None:
     """Runs the command line."""
     parser = parser_of(__doc__)
     parser.add_argument("data", metavar="DATA", type=Path, help="folder real_ground")
@@ -101,8 +100,7 @@ def main() -> int:
     found = measure(args.data / "seal_beach")
     lengths = {key: value for key, value in found.items() if key != "rows"}
     print_figures(args, found, f"{table_of(found['rows'])}\n{list_of(lengths)}")
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

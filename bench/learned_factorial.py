@@ -22,7 +22,6 @@ ground.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -40,7 +39,7 @@ from gprodom.learned.grounds import LENGTH, Line, make_line, receive, seeds
 from gprodom.learned.model import Network, read_record, to_offset, to_spacing, widening
 from gprodom.learned.windows import WINDOW, image, step_at, to_rows
 from gprodom.random_streams import stream
-from program import in_processes, parser_of, print_figures, table_of
+from program import exit_with, in_processes, parser_of, print_figures, table_of
 
 SPEEDS = (0.1, 0.2, 0.4, 0.8)  # m/s
 RATES = (5.0, 10.0, 20.0, 40.0)  # traces/s
@@ -242,7 +241,7 @@ def of_pairs(kind: str, results: Sequence[Any]) -> dict[str, Any]:
     }
 
 
-def main() -> int:
+def main() -> None:
     """Runs the command line."""
     parser = parser_of(__doc__, jobs=1)
     parser.add_argument("folder", type=Path, metavar="DIR", help="of gprodom learn")
@@ -258,8 +257,7 @@ def main() -> int:
         "pairs": [of_pairs(kind, results) for kind in results[0]["pairs"]],
     }
     print_figures(args, figures, "\n\n".join(map(table_of, figures.values())))
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

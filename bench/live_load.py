@@ -7,7 +7,7 @@ time, user and system, as a share of one core while the log played, and what the
 counts: from the arrival of an IMU message to its ODOMETRY being out, from the last trace of a radar
 tick to its measurement being ready, the longest queues, and messages lost inside; and what the
 host of a virtual machine took from it, which no program can make up for. --busy keeps as many
-processes computing meanwhile. --series writes what the daemon told each second.
+processes computing meanwhile.
 
 Exit code 1 where memory or processor time is over its limit, or something was lost inside.
 
@@ -20,17 +20,16 @@ Exit code 1 where memory or processor time is over its limit, or something was l
 from __future__ import annotations
 
 import argparse
-import csv
 import os
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 from pathlib import Path
 from typing import Any
 
 from gprodom.errors import Error
+from gprodom.files import temporary_folder
 from gprodom.lcm import LCM
 from gprodom.lcm.messages import message
 from gprodom.options import add_config_options
@@ -98,12 +97,7 @@ def measure(log: Path, args: argparse.Namespace) -> Any:
         player = subprocess.Popen(play, stdout=subprocess.DEVNULL)
         while player.poll() is None and time.monotonic() < begun + args.seconds:
             lcm.handle_timeout(100)
-            if told.series and "memory_mb" not in told.series[-1]:
-                told.series[-1]["memory_mb"] = memory_mb(daemon.pid, "VmHWM")
-                told.series[-1]["cpu_s"] = processor_seconds(daemon.pid) - spent
         elapsed = time.monotonic() - begun
-        if args.series is not None:
-            write_series(args.series, told.series)
         return {
             "seconds": elapsed,
             **told.figures(),
@@ -118,15 +112,6 @@ def measure(log: Path, args: argparse.Namespace) -> Any:
                 process.wait(10)
 
 
-def write_series(path: Path, rows: list[dict[str, float]]) -> None:
-    """A CSV of all that was told, a row a second."""
-    names = list(dict.fromkeys(name for row in rows for name in row))
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, names)
-        writer.writeheader()
-        writer.writerows(rows)
-
-
 def main() -> int:
     """Runs the command line, in a network namespace."""
     parser = parser_of(__doc__)
@@ -137,13 +122,12 @@ def main() -> int:
     parser.add_argument("--max-memory", type=float, default=60.0, metavar="MB")
     parser.add_argument("--max-core", type=float, default=5.0, metavar="PERCENT")
     parser.add_argument("--busy", type=int, default=0, metavar="N", help="processes that compute")
-    parser.add_argument("--series", type=Path, metavar="CSV", help="what was told each second")
     args = parse_inside(parser)
     compute = [sys.executable, "-c", "while True: pass"]
     others = [subprocess.Popen(compute) for _ in range(args.busy)]
     try:
-        with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-            figures = measure(log_of(args.log, Path(name)), args)
+        with temporary_folder() as folder:
+            figures = measure(log_of(args.log, folder), args)
     finally:
         for process in others:
             process.kill()

@@ -18,7 +18,6 @@ truth is placed by its first pose. Of the position in `map`:
 
     bench/map_coverage.py --runs 100
     bench/map_coverage.py --runs 20 --wrong
-    bench/map_coverage.py --runs 50 --distance 200
     bench/map_coverage.py --runs 50 --laps 30 --set wheel.slip_share=0
     bench/map_coverage.py --runs 12 --laps 6 --wander 0.15 --abreast 0.2
 """
@@ -26,21 +25,14 @@ truth is placed by its first pose. Of the position in `map`:
 from __future__ import annotations
 
 import math
-import sys
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from gprodom.benchmark.monte_carlo import estimate_told, judge
-from gprodom.simulate.drives import (
-    AGAIN_M,
-    KNOWN_M,
-    drive_on_known_ground,
-    laps_drive,
-    wrong_revisits,
-)
-from program import add_seeds, in_processes, list_of, parser_of, print_figures, seeds_of
+from gprodom.simulate.drives import drive_on_known_ground, laps_drive, wrong_revisits
+from program import add_seeds, exit_with, in_processes, list_of, parser_of, print_figures, seeds_of
 
 WANDER_M = 0.1  # to either side of the track, in laps
 ELLIPSE = -2 * math.log(0.05)  # chi-square of 2 degrees of freedom, 95 %
@@ -50,7 +42,6 @@ def drive(
     seed: int,
     overrides: list[str],
     wrong: bool,
-    distance: float = KNOWN_M,
     laps: int = 0,
     wander: float = WANDER_M,
     abreast: float = 0.0,
@@ -58,7 +49,7 @@ def drive(
 ) -> dict[str, Any]:
     """One run. nees: of x, y in map, at moments a second apart from the first revisit on; end_m:
     error at the end; rms_m: of all moments; moved_m: of the final pose, by wrong revisits."""
-    run = laps_drive(seed, laps, wander, abreast) if laps else drive_on_known_ground(seed, distance)
+    run = laps_drive(seed, laps, wander, abreast) if laps else drive_on_known_ground(seed)
     if abreast > 0:
         places = {0: [0, abreast / 2, 0]} | ({} if one else {1: [0, -abreast / 2, 0]})
         overrides = [f"gpr.antennas={places}", *overrides]
@@ -105,17 +96,10 @@ def summarise(drives: list[dict[str, Any]], wrong: bool) -> dict[str, Any]:
     return figures
 
 
-def main() -> int:
+def main() -> None:
     """Runs the command line."""
     parser = parser_of(__doc__, jobs=2, overrides=True)
     add_seeds(parser, "--runs", 100)
-    parser.add_argument(
-        "--distance",
-        type=float,
-        default=KNOWN_M,
-        metavar="M",
-        help=f"beyond {KNOWN_M:g}: {AGAIN_M:g} m of ground again and again (default: %(default)s)",
-    )
     parser.add_argument("--laps", type=int, default=0, metavar="N", help="laps, instead")
     parser.add_argument(
         "--wander", type=float, default=WANDER_M, metavar="M", help="default: %(default)s"
@@ -128,13 +112,12 @@ def main() -> int:
         parser.error("--abreast: expected with --laps")
     if args.one and args.abreast == 0:
         parser.error("--one: expected with --abreast")
-    chosen = ("overrides", "wrong", "distance", "laps", "wander", "abreast", "one")
+    chosen = ("overrides", "wrong", "laps", "wander", "abreast", "one")
     work = partial(drive, **{name: getattr(args, name) for name in chosen})
     drives = in_processes(args.jobs, "drives", work, seeds_of(args))
     figures = summarise(drives, args.wrong)
     print_figures(args, figures | {"drives": drives}, list_of(figures))
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

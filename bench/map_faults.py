@@ -23,7 +23,6 @@ import random
 import shutil
 import subprocess
 import sys
-import tempfile
 import time
 import warnings
 from collections.abc import Callable
@@ -36,6 +35,7 @@ import numpy as np
 import power_cuts
 from gprodom import Odometry
 from gprodom.errors import Error
+from gprodom.files import temporary_folder
 from gprodom.map.ground import read_map
 from gprodom.random_streams import stream
 from gprodom.simulate.recording import as_recording
@@ -190,8 +190,8 @@ def measure(name: str, ground: Ground, moments: int, seed: int) -> dict[str, Any
     chance = random.Random(f"{name} {seed}")
     faults = []
     for moment in range(moments):
-        with tempfile.TemporaryDirectory(prefix="gprodom-") as folder:
-            state = Path(folder) / "state"
+        with temporary_folder() as folder:
+            state = folder / "state"
             shutil.copytree(ground.state, state)
             said = FAULTS[name](ground, state, chance)
         if said:
@@ -228,8 +228,8 @@ def main() -> int:
         return 0
     if not shutil.which("strace"):
         raise Error("needs strace (debian/control names it)")
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as folder:
-        ground = prepared(Path(folder))
+    with temporary_folder() as folder:
+        ground = prepared(folder)
         found = [measure(name, ground, args.moments, args.seed) for name in args.only]
     return tell(found, args)
 

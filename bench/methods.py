@@ -10,15 +10,13 @@ A row for each sequence, method and mode; what follows -- is given to the benchm
 from __future__ import annotations
 
 import json
-import sys
-import tempfile
 from contextlib import redirect_stdout
 from io import StringIO
-from pathlib import Path
 
 from gprodom.cli import main as gprodom
 from gprodom.console import print_json
-from program import parser_of
+from gprodom.files import temporary_folder
+from program import exit_with, parser_of
 
 
 def main() -> int:
@@ -27,10 +25,10 @@ def main() -> int:
     parser.add_argument("arguments", nargs="+", metavar="ARGUMENT", help="of gprodom benchmark")
     args = parser.parse_args()
     said = StringIO()
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as folder:
+    with temporary_folder() as folder:
         with redirect_stdout(said):
-            code = gprodom(["benchmark", *args.arguments, "-o", folder])
-        results = Path(folder) / "results.json"
+            code = gprodom(["benchmark", *args.arguments, "-o", str(folder)])
+        results = folder / "results.json"
         if args.json and results.is_file():
             print_json(json.loads(results.read_text(encoding="utf-8"))["records"])
         elif not args.json:
@@ -39,4 +37,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

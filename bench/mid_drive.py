@@ -24,7 +24,6 @@ With --gyro-bias, the gyro is worse than the simulation's: so much is added to i
 from __future__ import annotations
 
 import argparse
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -35,6 +34,7 @@ from estimates import planar_figures, run_method
 from gprodom.arrays import Floats, Ints
 from gprodom.config import STANDARD
 from gprodom.errors import Error
+from gprodom.files import temporary_folder
 from gprodom.lcm import logs
 from gprodom.lcm.messages import message
 from gprodom.odometry.dead_reckoning import wheel_distance
@@ -148,8 +148,8 @@ def main() -> int:
     args = parser.parse_args()
     outcomes: list[dict[str, Any]] = []
     for sequence in one_by_one("replaying", args.sequences):
-        with tempfile.TemporaryDirectory(prefix="gprodom-") as folder:
-            outcomes += measure(sequence, args, Path(folder))
+        with temporary_folder() as folder:
+            outcomes += measure(sequence, args, folder)
     print_rows(args, outcomes)
     return 1 if any(outcome["missed"] for outcome in outcomes) else 0
 

@@ -25,8 +25,6 @@ count stands still (stuck). Columns: RMSE without and with the coherence, m.
 
 from __future__ import annotations
 
-import sys
-import tempfile
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -38,9 +36,10 @@ from gprodom import canvas
 from gprodom.benchmark.motion import Outcome, measure, read_beside, rmse
 from gprodom.convert.cmu import Recording, read_recording
 from gprodom.convert.streams import streams
+from gprodom.files import temporary_folder
 from gprodom.lcm.log_writer import write_log
 from gprodom.score.sources import read_truth
-from program import one_by_one, parser_of, print_figures, table_of
+from program import exit_with, one_by_one, parser_of, print_figures, table_of
 
 Row = dict[str, Any]
 
@@ -110,7 +109,7 @@ def draw(outcomes: list[Outcome], path: Path) -> None:
     path.write_bytes(canvas.png(figure, dpi=80))
 
 
-def main() -> int:
+def main() -> None:
     """Command line."""
     parser = parser_of(__doc__, overrides=True)
     parser.add_argument("sequences", nargs="+", type=Path, metavar="SEQUENCE")
@@ -119,9 +118,9 @@ def main() -> int:
     arguments = parser.parse_args()
     outcomes: list[Outcome] = []
     rows: list[Row] = []
-    with tempfile.TemporaryDirectory() as folder:
+    with temporary_folder() as folder:
         for sequence in one_by_one("replaying", arguments.sequences):
-            given = (arguments.overrides, Path(folder))
+            given = (arguments.overrides, folder)
             if arguments.cut is None:
                 outcomes.append(measure(sequence, *given))
                 rows.append(asdict(outcomes[-1]))
@@ -130,8 +129,7 @@ def main() -> int:
     if arguments.plot is not None and outcomes:
         draw(outcomes, arguments.plot)
     print_figures(arguments, rows, table_of([in_short(row) for row in rows]))
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

@@ -13,7 +13,6 @@ the yaw was first known, and how far it is off at the end (degrees; in a recordi
 
 from __future__ import annotations
 
-import tempfile
 import zlib
 from collections.abc import Sequence
 from dataclasses import replace
@@ -30,6 +29,7 @@ from gprodom.calibrate.mount import rpy_of
 from gprodom.commission.parameter import listed
 from gprodom.config import STANDARD
 from gprodom.drive.imu_mounting import matrix_of
+from gprodom.files import temporary_folder
 from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import wheel_and_gyro
 from gprodom.odometry.estimate import as_log
@@ -50,10 +50,10 @@ def run(case: tuple[Path, str | None], seed: int, overrides: Sequence[str]) -> d
     """The figures of one recording, or (None) of a sequence."""
     source, name = case
     recording = SEQUENCE if name is None else recordings_of(source)[name]
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as folder:
-        log = Path(folder) / "recorded.lcmlog"
+    with temporary_folder() as folder:
+        log = folder / "recorded.lcmlog"
         if name is None:
-            log = as_log(source, Path(folder))
+            log = as_log(source, folder)
             R = np.eye(3)  # the simulation's
         else:
             convert(recording, source, log)
@@ -62,12 +62,12 @@ def run(case: tuple[Path, str | None], seed: int, overrides: Sequence[str]) -> d
         label = name or source.name[:10]
         R_old_new = Rotation.random(random_state=seed + zlib.crc32(label.encode())).as_matrix()
         turned = replace(sensors, force=sensors.force @ R_old_new, rate=sensors.rate @ R_old_new)
-        log = write(turned, Path(folder) / "in.lcmlog")
+        log = write(turned, folder / "in.lcmlog")
         right = R @ R_old_new
         settings = [*recording.settings, *overrides]
         row = {"recording": label, **reckoned(log, right, recording.truth)}
         for which, mounting in (("right", listed(list(rpy_of(right)))), ("auto", "auto")):
-            output = Path(folder) / f"{which}.lcmlog"
+            output = folder / f"{which}.lcmlog"
             given = [*settings, f"imu.rpy_body_imu={mounting}"]
             made, truth = run_method(log, "imu_wheel", output, given), read_truth(log).trajectory
             figures = planar_figures(made.trajectory, truth, recording.truth)
@@ -101,7 +101,7 @@ def told(output: Path, log: Path, right: Any) -> dict[str, Any]:
     }
 
 
-def main() -> int:
+def main() -> None:
     """Runs the command line."""
     parser = parser_of(__doc__, jobs=2, overrides=True)
     parser.add_argument("sources", nargs="+", type=Path, metavar="SOURCE")
@@ -119,7 +119,6 @@ def main() -> int:
     rows = in_processes(args.jobs, "mountings", work, cases)
     mean = geometric_mean(row["over"] for row in rows)
     print_figures(args, rows, f"{table_of(rows)}\ngeometric mean of over: {mean:.2f}")
-    return 0
 
 
 if __name__ == "__main__":

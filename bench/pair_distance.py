@@ -23,7 +23,6 @@ four parts of the depth.
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -46,7 +45,7 @@ from pair_drives import (
     strength,
     to_and_fro,
 )
-from program import in_processes, parser_of, print_rows
+from program import exit_with, in_processes, parser_of, print_rows
 
 WAY_M = 50.0
 PATCH_M = 0.4  # of ground to a match
@@ -176,7 +175,7 @@ def picture(rows: list[dict[str, Any]], path: Path) -> None:
     path.write_bytes(canvas.png(figure))
 
 
-def main() -> int:
+def main() -> None:
     """Runs the command line."""
     parser = parser_of(__doc__, jobs=1)
     parser.add_argument("data", metavar="DATA", type=Path, help="folder real_ground")
@@ -201,8 +200,7 @@ def main() -> int:
     if args.plot:
         picture(rows, args.plot)
     print_rows(args, rows)
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

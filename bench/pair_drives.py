@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from gprodom.arrays import Floats, Ints
+from gprodom.files import temporary_folder
 from gprodom.ground.survey import FULL_SCALE, Survey, find_survey, shipped, write_survey
 from gprodom.lcm import logs
 from gprodom.lcm.log_writer import write_log
@@ -116,8 +116,8 @@ def drive(
     wheel: WheelSpec = TRUE_WHEEL,
 ) -> Simulated:
     """The drive. Its wheel tells the truth, unless another is given."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "ground.npz"
+    with temporary_folder() as folder:
+        path = folder / "ground.npz"
         write_survey(path, survey)
         return simulate(
             Spec(
@@ -159,8 +159,8 @@ def passages(
 ) -> Passages:
     """Replays a drive and reads its passages."""
     told = antennas_setting(simulated.spec.antennas)
-    with tempfile.TemporaryDirectory() as name:
-        log, output = Path(name) / "in.lcmlog", Path(name) / "out.lcmlog"
+    with temporary_folder() as folder:
+        log, output = folder / "in.lcmlog", folder / "out.lcmlog"
         write_log(log, log_streams(simulated))
         run_replay(log, output, (), (*find_method(method).overrides, told, *settings))
         read = logs.read(output, ["GPR_DISPLACEMENT", "STATUS"])

@@ -18,7 +18,6 @@ Columns: passages; those wrong by more than 3 sigma and 2 cm; error of the dista
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -44,7 +43,7 @@ from pair_drives import (
     straight,
     strength,
 )
-from program import parser_of, print_rows
+from program import exit_with, parser_of, print_rows
 
 B_M, SPEED = 0.3, 0.4  # m, m/s
 PIECE_M = 100.0  # of the drives over rebar
@@ -160,7 +159,7 @@ def faults(minutes: float, grounds: list[str], data: Path) -> list[Row]:
     return rows
 
 
-def main() -> int:
+def main() -> None:
     """Runs the command line."""
     parser = parser_of(__doc__)
     parser.add_argument("data", metavar="DATA", type=Path, help="folder real_ground")
@@ -174,8 +173,7 @@ def main() -> int:
     if args.minutes > 0:
         rows += faults(args.minutes, args.ground or list(GROUNDS), args.data)
     print_rows(args, rows)
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

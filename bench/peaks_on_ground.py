@@ -15,8 +15,6 @@ counterpart within half a period on both sides.
 from __future__ import annotations
 
 import io
-import sys
-import time
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -25,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gprodom import gpr
-from program import parser_of, print_figures, table_of
+from program import exit_with, parser_of, print_figures, table_of
 from zips import sample_interval
 
 MAX_TRACES = 2000
@@ -35,7 +33,6 @@ WAYS = {
     "apart": gpr.PeakOptions(max_joint=1),
     "envelope": gpr.PeakOptions(fit=False),
 }
-COUNTS = ("pulses", "accepted", "insignificant", "not_converged", "out_of_bounds", "misfit")
 
 
 def read_traces(path: Path) -> tuple[NDArray[np.float32], float]:
@@ -95,24 +92,11 @@ def examine(path: Path) -> dict[str, Any]:
     traces = filtered(traces, interval)
     figures: dict[str, Any] = {"recording": path.stem, "traces": len(traces)}
     for name, options in WAYS.items():
-        extractor = gpr.PeakExtractor(options)
-        start = time.process_time()
-        peaks = extractor.extract_all(traces)
-        seconds = time.process_time() - start
-        counts = extractor.counts
-        each = 1.0 / max(counts.traces, 1)
-        figures[name] = {
-            "us": 1e6 * seconds * each,
-            **{key: getattr(counts, key) * each for key in COUNTS},
-            **repeatability(peaks),
-        }
-        if name != "envelope":
-            residuals = np.array([p.residual**2 for row in peaks for p in row])
-            figures[name]["residual_energy"] = float(np.median(residuals))
+        figures[name] = repeatability(gpr.PeakExtractor(options).extract_all(traces))
     return figures
 
 
-def main() -> int:
+def main() -> None:
     """Prints the figures of each recording, a line for each way."""
     parser = parser_of(__doc__)
     parser.add_argument("recording", type=Path, nargs="+", help=".npz line or CMU-GPR zip")
@@ -124,8 +108,7 @@ def main() -> int:
         for name in WAYS
     ]
     print_figures(args, found, table_of(rows))
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

@@ -28,6 +28,7 @@ from pathlib import Path
 from typing import Any
 
 from gprodom.config import Configs
+from gprodom.files import temporary_folder
 from gprodom.lcm import LCM, logs
 from gprodom.lcm.messages import message
 from gprodom.odometry.replay import run_replay
@@ -274,8 +275,8 @@ def main() -> int:
     """Runs the command line."""
     args = parse()
     results, wrong = [], []
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-        log = log_of(args.log, Path(name))
+    with temporary_folder() as folder:
+        log = log_of(args.log, folder)
         for fault in FAULTS:
             print(f"{fault.name} ...", file=sys.stderr)
             results.append(by_itself(fault, log, args))

@@ -123,8 +123,8 @@ def complain(error: object) -> None:
     print(f"{Path(sys.argv[0]).stem}: error: {error}", file=sys.stderr)
 
 
-def exit_with(main: Callable[[], int], failed: int = 1) -> NoReturn:
-    """With what `main` returns; an `Error` becomes a line, and the code `failed`."""
+def exit_with(main: Callable[[], int | None], failed: int = 1) -> NoReturn:
+    """With what `main` returns, or 0; an `Error` becomes a line, and the code `failed`."""
     try:
         sys.exit(main())
     except Error as error:

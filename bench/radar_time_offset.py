@@ -11,7 +11,6 @@ ground is beyond --bound.
 
 from __future__ import annotations
 
-import sys
 from functools import partial
 from itertools import product
 
@@ -24,7 +23,7 @@ from gprodom.simulate import make_route, simulate, stream
 from gprodom.simulate.ground import GroundSpec
 from gprodom.simulate.robot import robot
 from gprodom.simulate.sequence import SurveySpec
-from program import add_seeds, in_processes, parser_of, print_figures, seeds_of, table_of
+from program import add_seeds, exit_with, in_processes, parser_of, print_figures, seeds_of, table_of
 
 RAYS = "rays"
 Case = tuple[str, int]  # ground, seed
@@ -83,4 +82,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

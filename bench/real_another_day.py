@@ -22,8 +22,6 @@ Robot, IMU and wheel are simulated, the ground is real (data/README.md of the sh
 from __future__ import annotations
 
 import itertools
-import sys
-import tempfile
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -33,13 +31,14 @@ import numpy as np
 import gprodom
 from gprodom.arrays import Floats
 from gprodom.console import Progress
+from gprodom.files import temporary_folder
 from gprodom.ground.survey import to_counts
 from gprodom.simulate import Simulated, Spec, simulate, stream
 from gprodom.simulate import radar as radar_of
 from gprodom.simulate.drive import Bend, DriveSpec, Move, Stop, Track
 from gprodom.simulate.radar import RadarSpec
 from gprodom.simulate.recording import as_recording
-from program import parser_of, print_rows
+from program import exit_with, parser_of, print_rows
 from relocation import Visit, visited
 
 TOLD_SIGMA = 0.5  # m
@@ -177,7 +176,7 @@ def summarise(name: str, found: list[Visit], known: bool, less_mean: bool) -> di
     }  # fmt: skip
 
 
-def main() -> int:
+def main() -> None:
     """Runs the command line."""
     parser = parser_of(__doc__)
     parser.add_argument("data", type=Path, help="folder of the shared data")
@@ -201,8 +200,8 @@ def main() -> int:
     }
     of_field, of_strangers = [], []
     total = len(beach) - 1 + len(return_to) + len(strangers)
-    with tempfile.TemporaryDirectory() as folder, Progress("drives", total) as progress:
-        where = Path(folder) / "line.map"
+    with temporary_folder() as folder, Progress("drives", total) as progress:
+        where = folder / "line.map"
         for number, (line, beside) in enumerate(itertools.pairwise(beach)):
             known = save_map(line, number, where)
             for (percent, told), found in of_beach.items():
@@ -224,8 +223,7 @@ def main() -> int:
     figures.append(summarise("field, there and back", of_field, True, False))
     figures.append(summarise("field, strangers", of_strangers, False, False))
     print_rows(args, figures)
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

@@ -9,14 +9,13 @@
             of 0.2 s while driving, relative to the speed
 
 Real pieces: the Seal Beach lines and the dune (other antennas than the simulated 500 MHz), the CMU
-wheel file C.0, the husky bag (30 Hz, outdoors). Differences that stand out are named.
+wheel file C.0, the husky bag (30 Hz, outdoors).
 
     bench/realism.py ../shared/data
 """
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -32,10 +31,9 @@ from gprodom.ground.survey import find_survey, shipped
 from gprodom.lcm.wire import decode
 from gprodom.simulate import make_route, simulate, stream
 from gprodom.simulate.robot import robot
-from program import parser_of, print_figures, table_of
+from program import exit_with, parser_of, print_figures, table_of
 
 Array = NDArray[np.float64]
-LIMITS = {"radar": 2.5, "IMU": 3.0, "wheel": 2.0}  # ratio from which a difference is named
 HUSKY = Topics("/imu/data", "/husky_velocity_controller/odom", truth="/fix")
 
 
@@ -159,44 +157,18 @@ def compare(data: Path) -> dict[str, dict[str, dict[str, float]]]:
     return {"radar": ground, "IMU": inertial, "wheel": odometer}
 
 
-def differences(kind: str, pieces: dict[str, dict[str, float]]) -> list[str]:
-    """Figures whose simulated median is further than the limit from the real range."""
-    said = []
-    for name in next(iter(pieces.values())):
-        made, real = (
-            np.array([v[name] for k, v in pieces.items() if k.startswith(which)])
-            for which in ("simulated", "real")
-        )
-        middle = float(np.median(made))
-        if "dB" in name:
-            off = max(float(real.min()) - middle, middle - float(real.max()), 0.0)
-            if off > 6:
-                said.append(f"{kind}: {name}: simulated {middle:.3g}, real {_range(real)}")
-        elif middle > LIMITS[kind] * real.max() or middle < real.min() / LIMITS[kind]:
-            said.append(f"{kind}: {name}: simulated {middle:.3g}, real {_range(real)}")
-    return said
-
-
-def _range(values: Array) -> str:
-    low, high = float(values.min()), float(values.max())
-    return f"{low:.3g}" if low == high else f"{low:.3g} to {high:.3g}"
-
-
-def main() -> int:
+def main() -> None:
     """Compares and prints."""
     parser = parser_of(__doc__)
     parser.add_argument("data", type=Path, help="folder of the real pieces")
     args = parser.parse_args()
     found = compare(args.data)
-    named = [line for kind, pieces in found.items() for line in differences(kind, pieces)]
-    text = ""
-    for kind, pieces in found.items():
-        rows = [{kind: piece} | figures for piece, figures in pieces.items()]
-        text += f"{table_of(rows)}\n\n"
-    text += "differences:\n" + "\n".join(f"  {line}" for line in named or ["none that stand out"])
-    print_figures(args, {**found, "differences": named}, text)
-    return 0
+    tables = [
+        table_of([{kind: piece} | figures for piece, figures in pieces.items()])
+        for kind, pieces in found.items()
+    ]
+    print_figures(args, found, "\n\n".join(tables))
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

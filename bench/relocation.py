@@ -19,8 +19,6 @@ The truth is placed by the first half's first pose, so what the first half's map
 from __future__ import annotations
 
 import argparse
-import sys
-import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -32,9 +30,10 @@ import numpy as np
 import gprodom
 from gprodom.arrays import Floats
 from gprodom.console import Progress
+from gprodom.files import temporary_folder
 from gprodom.simulate import Simulated, Spec, make_route, simulate, stream
 from gprodom.simulate.recording import as_recording
-from program import add_seeds, in_processes, list_of, parser_of, print_figures, seeds_of
+from program import add_seeds, exit_with, in_processes, list_of, parser_of, print_figures, seeds_of
 
 T = TypeVar("T")
 
@@ -204,18 +203,17 @@ def each_drive(work: Callable[[int], T], args: argparse.Namespace) -> list[T]:
     return in_processes(args.jobs, "drives", work, seeds_of(args))
 
 
-def main() -> int:
+def main() -> None:
     """Runs the command line."""
     args = command_line(__doc__, others=10).parse_args()
-    with tempfile.TemporaryDirectory() as folder:
-        others = Path(folder) / "others.map"
+    with temporary_folder() as folder:
+        others = folder / "others.map"
         other_m = remember_others(args.others, others)
         work = partial(relocate, others=others, overrides=args.overrides)
         runs = each_drive(work, args)
     figures = summarise(runs, other_m)
     print_figures(args, figures | {"drives": [vars(run) for run in runs]}, list_of(figures))
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

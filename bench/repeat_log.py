@@ -4,7 +4,7 @@
 The log begins and ends at a standstill. Stamps and the wheel's count go on from round to round.
 
     bench/repeat_log.py SEQ.lcmlog long.lcmlog --seconds 900
-    bench/live_load.py long.lcmlog --seconds 900 --series soak.csv
+    bench/live_load.py long.lcmlog --seconds 900
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def rounds(events: list[Message], seconds: float) -> Iterator[Message]:
             progress.update(min(seconds, (m.utime - period - first) * 1e-6))
 
 
-def main() -> int:
+def main() -> None:
     """Runs the command line."""
     parser = parser_of(__doc__)
     parser.add_argument("log", type=Path, metavar="SEQ.lcmlog")
@@ -58,7 +58,6 @@ def main() -> int:
     parser.add_argument("--seconds", type=float, default=900.0, help="default: %(default)s")
     args = parser.parse_args()
     repeat(args.log, args.output, args.seconds)
-    return 0
 
 
 if __name__ == "__main__":

@@ -14,13 +14,13 @@ from __future__ import annotations
 
 import json
 import subprocess
-import tempfile
 from itertools import product
 from pathlib import Path
 from typing import Any
 
 from gprodom.config import Configs, config_arguments
 from gprodom.errors import Error
+from gprodom.files import temporary_folder
 from gprodom.odometry.replay import find_program
 from gprodom.options import add_config_options
 from processes import children_seconds
@@ -54,7 +54,7 @@ def replay(log: Path, configs: Configs, overrides: list[str], folder: Path) -> d
     }
 
 
-def main() -> int:
+def main() -> None:
     """Runs the command line."""
     parser = parser_of(__doc__)
     parser.add_argument("logs", nargs="+", type=Path, metavar="SEQ", help="zip or log")
@@ -62,8 +62,7 @@ def main() -> int:
     parser.add_argument("--repeats", type=int, default=3, help="default: 3")
     args = parser.parse_args()
     results: list[dict[str, Any]] = []
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-        folder = Path(name)
+    with temporary_folder() as folder:
         logs = [log_of(source, folder) for source in args.logs]
         for log, (case, overrides) in one_by_one("replays", list(product(logs, CASES.items()))):
             given = [*overrides, *args.overrides]
@@ -72,7 +71,6 @@ def main() -> int:
             results.append({"log": log.name, "case": case, **best})
     header = ["log", "case", "x real time", "x, processor", "ms a solve", "steps a solve"]
     print_rows(args, results, header)
-    return 0
 
 
 if __name__ == "__main__":

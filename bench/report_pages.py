@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import shutil
 import sys
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -23,6 +22,7 @@ from typing import Any
 import justhtml
 
 from estimates import mount_in, mounting_setting
+from gprodom.files import temporary_folder
 from gprodom.odometry.replay import run_replay
 from recordings import convert, recordings_of
 from zips import log_of
@@ -114,8 +114,7 @@ def main() -> int:
     found: dict[str, dict[str, Any]] = {}
     wrong: list[str] = []
     for name in args.only or DRIVES:
-        with tempfile.TemporaryDirectory(prefix="gprodom-") as temporary:
-            folder = Path(temporary)
+        with temporary_folder() as folder:
             output = args.output or folder / "pages"
             output.mkdir(parents=True, exist_ok=True)
             out, sensors = DRIVES[name](args.data, folder)

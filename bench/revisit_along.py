@@ -4,13 +4,10 @@
 The lines, the windows and what counts as right are those of the Seal Beach protocol
 (revisit_eval.py in the data folder), but each line is driven: a patch every quarter of a metre, as
 recorded and reversed, its place expected with one error for the whole pass (odometry's), in the
-gate of the protocol. With --slip L what the wheel calls a metre is e^L of one all along; with
---slip-sigma S the search reckons with slips of such a standard deviation. Of all patches, those at
-the start of a pass among them: how many were told a place, how many of those the right one.
-Negatives: the same drives over lines 1 m aside or more.
+gate of the protocol. Of all patches, those at the start of a pass among them: how many were told a
+place, how many of those the right one. Negatives: the same drives over lines 1 m aside or more.
 
-    bench/revisit_along.py ../shared/data [--aside 2] [--prior 3] [--lines 11-20] [--only NAME]
-                           [--slip L] [--slip-sigma S]
+    bench/revisit_along.py ../shared/data [--aside 2] [--lines 11-20] [--only NAME]
 """
 
 from __future__ import annotations
@@ -26,10 +23,10 @@ import numpy as np
 
 from gprodom import gpr
 from gprodom.arrays import Floats
-from gprodom.console import Progress
-from program import parser_of, print_rows
+from program import one_by_one, parser_of, print_rows
 
 STEP_M = 0.25  # between patches
+PRIOR_M = 0.3  # of the place that is expected
 BEFORE = 58  # columns before a patch, in which the memory is looked for in turn
 
 
@@ -64,14 +61,6 @@ def load_protocol(path: Path) -> ModuleType:
 
 
 @dataclass(frozen=True)
-class Slip:
-    """ln of true over reported distance; what the search reckons with."""
-
-    size: float
-    sigma: float
-
-
-@dataclass(frozen=True)
 class Told:
     """What one pass was told: errors (m) and their sigma, and how many patches it has."""
 
@@ -81,29 +70,26 @@ class Told:
 
 
 def drive(
-    memory: Floats, line: Floats, spacing: float, interval: float, prior: float, error: float,
-    options: gpr.RevisitSearchOptions, reverse: bool, slip: Slip,
-) -> Told:  # fmt: skip
-    """Drives over `line`, traces (n, samples), with `memory`, the same, in the trace memory."""
+    protocol: ModuleType, known: int, driven: int, name: str, error: float, reverse: bool
+) -> Told:
+    """Drives over a line with another one, as it is known, in the trace memory. error: of the place
+    that is expected, m."""
+    memory, spacing, interval = protocol.load(known)
+    line = protocol.load(driven)[0]
     learnt = gpr.PatchFilter(memory, spacing, interval)
     features = learnt.apply(memory)
-    search = gpr.RevisitSearch(learnt, spacing, options)
+    search = gpr.RevisitSearch(learnt, spacing, options_of(name))
     n = min(len(line), len(memory))
-    driven = line[:n][::-1] if reverse else line[:n]
-    column = np.exp(slip.size)  # of `driven`, from one trace to the next
-    at = np.arange(0.0, n - 1, column)
-    below = at.astype(int)
-    share = (at - below)[:, None].astype(line.dtype)
-    traces = (1 - share) * driven[below] + share * driven[below + 1]
+    traces = line[:n][::-1] if reverse else line[:n]
     step, patch = round(STEP_M / spacing), search.patch_columns
     errors, sigmas = [], []
-    ends = range(patch, len(traces) + 1, step)
+    ends = range(patch, n, step)
     for end in ends:
-        centre = column * (end - 0.5 * (patch + 1))
+        centre = end - 0.5 * (patch + 1)
         place = n - 1 - centre if reverse else centre
         newest = learnt.apply(traces[:end])[-(patch + BEFORE) :]
-        answer = search.look(newest, step * spacing, features, place + error / spacing, prior + 0.3,
-                             slip.sigma, 0.25 * slip.sigma)  # fmt: skip
+        expected = place + error / spacing
+        answer = search.look(newest, step * spacing, features, expected, PRIOR_M + 0.3)
         if answer is not None:
             right_way = answer[2].mirrored == reverse
             errors.append((answer[0] - place) * spacing if right_way else np.inf)
@@ -111,74 +97,61 @@ def drive(
     return Told(np.array(errors), np.array(sigmas), len(ends))
 
 
-def run(
-    protocol: ModuleType, name: str, pairs: list[int], prior: float, aside: int, slip: Slip,
-    progress: Progress,
-) -> dict[str, Any]:  # fmt: skip
-    """The pairs of lines n and n + aside, both directions: shares of patches; of negatives, those
-    that were told a place, and of how many."""
+def run(protocol: ModuleType, name: str, lines: range, aside: int) -> dict[str, Any]:
+    """The lines n and n + aside, both directions: shares of patches; of negatives, those that were
+    told a place, and of how many."""
     random = np.random.default_rng(1)
-    errors, sigmas, patches, false, negatives = [], [], 0, 0, 0
-    for n in pairs:
-        memory, spacing, interval = protocol.load(n)
-        line = protocol.load(n + aside)[0]
-        passes = [
-            drive(memory, line, spacing, interval, prior, random.uniform(-prior, prior),
-                  options_of(name), reverse, slip)
-            for reverse in (False, True)
-        ]  # fmt: skip
-        all_errors = np.concatenate([told.error for told in passes])
-        finite = all_errors[np.isfinite(all_errors)]
-        errors.append(all_errors - (np.median(finite) if len(finite) else 0.0))
-        sigmas.append(np.concatenate([told.sigma for told in passes]))
-        patches += sum(told.patches for told in passes)
+    told: list[Told] = []
+    wrong: list[Told] = []
+    errors = []
+    for n in one_by_one(name, lines):
+
+        def passes(*known: int, driven: int = n + aside) -> list[Told]:
+            return [
+                drive(protocol, each, driven, name, random.uniform(-PRIOR_M, PRIOR_M), reverse)
+                for reverse in (False, True)
+                for each in known
+            ]
+
+        both = passes(n)
+        of_both = np.concatenate([each.error for each in both])
+        finite = of_both[np.isfinite(of_both)]
+        errors.append(of_both - (np.median(finite) if len(finite) else 0.0))
+        told += both
         far = random.choice([m for m in range(1, 21) if abs(m - n - aside) >= 5], 2, replace=False)
-        for reverse in (False, True):
-            for other in far:
-                told = drive(
-                    protocol.load(int(other))[0], line, spacing, interval, prior,
-                    random.uniform(-prior, prior), options_of(name), reverse, slip,
-                )  # fmt: skip
-                false += len(told.error)
-                negatives += told.patches
-        progress.advance()
-    error, sigma = np.concatenate(errors), np.concatenate(sigmas)
+        wrong += passes(*map(int, far))
+    error, sigma = np.concatenate(errors), np.concatenate([each.sigma for each in told])
     right = np.abs(error) <= protocol.RIGHT_M
-    off = error[right]
+    known = right.any()
     return {
         "variant": name,
-        "told": len(error) / patches,
+        "told": len(error) / sum(each.patches for each in told),
         "right_told": float(right.mean()) if len(error) else np.nan,
-        "rms_cm": 100 * float(np.sqrt(np.mean(off**2))) if right.any() else np.nan,
-        "sigma_ratio": float(np.sqrt(np.mean((off / sigma[right]) ** 2)))
-        if right.any() else np.nan,
-        "false": false,
-        "negatives": negatives,
-    }  # fmt: skip
+        "rms_cm": 100 * rms(error[right]) if known else np.nan,
+        "sigma_ratio": rms(error[right] / sigma[right]) if known else np.nan,
+        "false": sum(len(each.error) for each in wrong),
+        "negatives": sum(each.patches for each in wrong),
+    }
+
+
+def rms(values: Floats) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def main() -> None:
     """Prints the table."""
     parser = parser_of(__doc__)
     parser.add_argument("data", type=Path, help="folder with revisit_eval.py and real_ground/")
-    parser.add_argument("--prior", type=float, default=0.3, help="m (0.3)")
     parser.add_argument("--aside", type=int, default=1, help="lines between memory and query (1)")
     parser.add_argument("--lines", default="11-20", help="FIRST-LAST (11-20)")
-    parser.add_argument("--slip", metavar="L", type=float, default=0.0, help="of the wheel (0)")
-    parser.add_argument("--slip-sigma", metavar="S", type=float, default=0.0, help="allowed (0)")
     parser.add_argument("--only", choices=list(VARIANTS), help="one variant")
     arguments = parser.parse_args()
     protocol = load_protocol(arguments.data / "revisit_eval.py")
     first, last = (int(n) for n in arguments.lines.split("-"))
-    pairs = list(range(first, last + 1 - arguments.aside))
-    outcomes = []
-    for name in [arguments.only] if arguments.only else list(VARIANTS):
-        with Progress(name, len(pairs)) as progress:
-            slip = Slip(arguments.slip, arguments.slip_sigma)
-            outcomes.append(
-                run(protocol, name, pairs, arguments.prior, arguments.aside, slip, progress)
-            )
-    print_rows(arguments, outcomes)
+    names = [arguments.only] if arguments.only else list(VARIANTS)
+    lines = range(first, last + 1 - arguments.aside)
+    print_rows(arguments, [run(protocol, name, lines, arguments.aside) for name in names])
 
 
 if __name__ == "__main__":

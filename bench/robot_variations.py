@@ -14,7 +14,6 @@ SOURCE is the folder of bench/robots.py, or a sequence or log with truth.
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -26,6 +25,7 @@ from estimates import mount_in
 from gprodom.commission.parameter import listed
 from gprodom.drive.imu_mounting import matrix_of
 from gprodom.errors import Error
+from gprodom.files import temporary_folder
 from gprodom.odometry.estimate import as_log
 from gprodom.score.consistency import TruthError
 from program import exit_with, in_processes, parser_of, print_figures, table_of
@@ -65,17 +65,17 @@ def run(source: Path, name: str, variation: str, overrides: Sequence[str]) -> Ro
     """The figures of one variation of one recording."""
     row: Row = {"recording": name, "variation": variation}
     varied = (VARIATIONS | LEVER_ARMS)[variation]
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as folder:
-        recording, log = recorded(source, name, Path(folder))
+    with temporary_folder() as folder:
+        recording, log = recorded(source, name, folder)
         sensors = varied.change(read(log), np.random.default_rng(1))
         try:
-            whole = write(sensors, Path(folder) / "whole.lcmlog")
+            whole = write(sensors, folder / "whole.lcmlog")
             try:
                 mount = mount_in(whole if varied.known else log)
             except Error:  # as found in the recording; a user measures it otherwise
                 row["mounting"] = "of the recording"
                 mount = mount_in(log)
-            log = write(varied.cut(sensors), Path(folder) / "in.lcmlog")
+            log = write(varied.cut(sensors), folder / "in.lcmlog")
             place = listed((matrix_of(mount.rpy) @ varied.arm_m).tolist())
             given = [f"imu.lever_arm={place}"] * any(varied.arm_m)
             return row | measure(recording, log, mount, [*given, *overrides], smooth=False)
@@ -91,7 +91,7 @@ def said(row: Row) -> Row:
     return {"variation": row["variation"], **numbers, "said": "; ".join(words)[:60]}
 
 
-def main() -> int:
+def main() -> None:
     """Runs the command line."""
     parser = parser_of(__doc__, jobs=2, overrides=True)
     parser.add_argument("source", type=Path, metavar="SOURCE")
@@ -104,7 +104,6 @@ def main() -> int:
     work = partial(run, args.source, overrides=args.overrides)
     rows = in_processes(args.jobs, "variations", work, of, kinds)
     print_figures(args, rows, table_of([said(row) for row in rows]))
-    return 0
 
 
 if __name__ == "__main__":

@@ -9,15 +9,13 @@ Each is converted, its IMU's mounting is found (gprodom calibrate mount), and `w
 `imu_wheel` are run. Errors are of the truth's points from the start of imu_wheel on, for both the
 same: those at which both tell a pose, so none in a gap of either. They are aligned by se2; in
 brackets that of `wheel` over all points. `over`: (error + 15 mm) over that of `wheel`, which a few
-millimetres do not decide. With --from, each recording also begins so many seconds later, as a rule
-while the robot drives.
+millimetres do not decide.
 
-    bench/robots.py DIR [--only NAME]... [--from SECONDS]... [--set KEY=VALUE]... [--json]
+    bench/robots.py DIR [--only NAME]... [--set KEY=VALUE]... [--json]
 """
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -29,13 +27,13 @@ from gprodom.calibrate.mount import Mount
 from gprodom.config import STANDARD
 from gprodom.console import format_table
 from gprodom.errors import Error
+from gprodom.files import temporary_folder
 from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import wheel_and_gyro
 from gprodom.score.associate import covered
 from gprodom.score.figures import Figures
 from gprodom.score.sources import read_truth
 from gprodom.trajectory import Trajectory, path_length
-from mid_drive import cut_log
 from program import exit_with, parser_of, print_figures
 from recordings import Recording, convert, recordings_of
 
@@ -43,19 +41,12 @@ JUMP = "odom.largest_jump_m"  # in STATUS
 UNDECIDED_M = 0.015  # that neither truth nor mounting of a small robot is better known than
 
 
-def run(
-    recording: Recording, data: Path, overrides: Sequence[str], from_s: float = 0.0
-) -> dict[str, Any]:
-    """The figures of one recording, without its first seconds."""
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-        log = Path(name) / "in.lcmlog"
+def run(recording: Recording, data: Path, overrides: Sequence[str]) -> dict[str, Any]:
+    """The figures of one recording."""
+    with temporary_folder() as folder:
+        log = folder / "in.lcmlog"
         convert(recording, data, log)
-        mount = mount_in(log)
-        if from_s > 0:
-            imu = logs.read_roles(log, STANDARD.of("imu"))["imu"]
-            begin = int(imu["utime"][0]) + round(from_s * 1e6)
-            log = cut_log(log, begin, Path(name) / "rest.lcmlog")
-        return measure(recording, log, mount, overrides)
+        return measure(recording, log, mount_in(log), overrides)
 
 
 def measure(
@@ -155,14 +146,11 @@ def table(results: dict[str, dict[str, Any]]) -> str:
     return text
 
 
-def main() -> int:
+def main() -> None:
     """Runs the command line."""
     parser = parser_of(__doc__, overrides=True)
     parser.add_argument("data", type=Path, metavar="DIR")
     parser.add_argument("--only", action="append", metavar="NAME", default=[])
-    parser.add_argument(
-        "--from", type=float, action="append", default=[], metavar="SECONDS", dest="begins"
-    )
     args = parser.parse_args()
     results: dict[str, dict[str, Any]] = {}
     recordings = recordings_of(args.data)
@@ -170,14 +158,11 @@ def main() -> int:
         if name not in recordings:
             raise Error(f"--only {name}: expected some of {', '.join(recordings)}")
     for name in args.only or recordings:
-        for from_s in (0.0, *args.begins):
-            row = f"{name} from {from_s:g} s" if from_s > 0 else name
-            try:
-                results[row] = run(recordings[name], args.data, args.overrides, from_s)
-            except Error as error:  # one that does not start is a row, too
-                results[row] = {"error": str(error)}
+        try:
+            results[name] = run(recordings[name], args.data, args.overrides)
+        except Error as error:  # one that does not start is a row, too
+            results[name] = {"error": str(error)}
     print_figures(args, results, table(results))
-    return 0
 
 
 if __name__ == "__main__":

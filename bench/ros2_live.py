@@ -18,7 +18,6 @@ from __future__ import annotations
 import argparse
 import subprocess
 import sys
-import tempfile
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -28,6 +27,7 @@ import numpy as np
 
 from gprodom.config import Configs, config_arguments
 from gprodom.errors import Error
+from gprodom.files import temporary_folder
 from gprodom.options import add_config_option
 from own_network import parse_inside
 from zips import log_of
@@ -112,8 +112,8 @@ def main() -> int:
     if kit.NO_PEER.is_file():
         print(kit.NO_PEER.read_text(), file=sys.stderr)
         return 3
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-        figures = measure(args.log, args.configs, args, Path(name))
+    with temporary_folder() as folder:
+        figures = measure(args.log, args.configs, args, folder)
     print_figures(args, figures, list_of(figures))
     lost = figures["poses_missing"] or (figures["lost"] and not args.best_effort)
     return 1 if lost else 0

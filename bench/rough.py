@@ -8,15 +8,12 @@ the plane, m, of dead reckoning and of each method, causal (c) and smoothed (s),
 `gprodom_full` in odom and in map. Below, the mean error over the mean of dead reckoning, and in
 brackets the mean of the drives' ratios.
 
-With --without, a row each for the same with one witness left out (gprodom_full).
-
-    bench/rough.py ../shared/data/rough [-j 2] [--json] [--without]
+    bench/rough.py ../shared/data/rough [-j 2] [--json]
     bench/rough.py ../shared/data/cmu_like ../shared/data/pairs
 """
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -26,6 +23,7 @@ from statistics import fmean
 from estimates import planar_figures, run_method
 from gprodom.console import format_table
 from gprodom.errors import Error
+from gprodom.files import temporary_folder
 from gprodom.odometry.estimate import as_log
 from gprodom.score.sources import read_estimate, read_truth
 from program import exit_with, in_processes, parser_of, print_figures, told_apart
@@ -33,14 +31,6 @@ from zips import sample_interval, sequences_of
 
 ALL = "gprodom_full"
 METHODS = ("imu_wheel", "gprodom", ALL)
-# Witnesses that are left out of gprodom_full, and the settings for it. The IMU is needed for the
-# attitude, so only the information in its accelerations is removed.
-WITHOUT = {
-    "revisits": ("graph.enabled=false",),
-    "coherence": ("gpr.coherence.use=never",),
-    "accelerations": ("imu.accel_noise_density=1",),
-    "radar": ("gpr.enabled=false",),
-}
 
 
 @dataclass(frozen=True)
@@ -67,10 +57,10 @@ def run(sequence: Path, methods: Cases, change: Callable[[Path], None] = as_it_i
     """The rows of one drive, whose log `change` has changed."""
     truth = read_truth(sequence).trajectory
     rows = []
-    with tempfile.TemporaryDirectory() as folder:
-        log = as_log(sequence, Path(folder), sample_interval(sequence))
+    with temporary_folder() as folder:
+        log = as_log(sequence, folder, sample_interval(sequence))
         change(log)
-        output = Path(folder) / "output.lcmlog"
+        output = folder / "output.lcmlog"
         dead = planar_figures(run_method(log, "wheel", output).trajectory, truth)
         for name, method, settings in methods:
             made = run_method(log, method, output, settings, smooth=True)
@@ -132,38 +122,20 @@ def table(rows: Sequence[Row], names: Sequence[str]) -> str:
     return format_table(header, lines)
 
 
-def table_without(rows: Sequence[Row], names: Sequence[str]) -> str:
-    """A line for each witness left out."""
-    lines = []
-    for name in names:
-        of = [row for row in rows if row.method == name]
-        lines.append(
-            [name, ratio(of, "causal_m"), ratio(of, "smoothed_m")]
-            + [nees([r.nees_odom for r in of]), nees([r.nees_map for r in of])]
-        )
-    return format_table(["left out", "causal", "smoothed", "NEES odom (worst)", "map"], lines)
-
-
 def main() -> int:
     """Runs the command line."""
     parser = parser_of(__doc__, jobs=2, overrides=True)
     parser.add_argument("sequences", metavar="SEQUENCE", type=Path, nargs="+")
-    parser.add_argument("--without", action="store_true", help="one witness left out at a time")
     parser.add_argument("--only", metavar="METHOD", choices=METHODS, help="this method alone")
     args = parser.parse_args()
-    more = tuple(args.overrides)
-    if args.without:
-        cases = [("nothing", ALL, more), *((k, ALL, (*v, *more)) for k, v in WITHOUT.items())]
-    else:
-        cases = [(name, name, more) for name in METHODS if args.only in (None, name)]
+    names = [name for name in METHODS if args.only in (None, name)]
+    cases = [(name, name, tuple(args.overrides)) for name in names]
     sequences = sequences_of(args.sequences)
     work = partial(attempt, methods=cases)
     rows, failed = told_apart(in_processes(args.jobs, "drives", work, sequences))
     if not rows:
         return 1
-    names = [name for name, _, _ in cases]
-    text = table_without(rows, names) if args.without else table(rows, names)
-    print_figures(args, [asdict(row) for row in rows], text)
+    print_figures(args, [asdict(row) for row in rows], table(rows, names))
     return 1 if failed else 0
 
 

@@ -18,8 +18,6 @@ file beside them that tells their radar's sample interval.
 
 from __future__ import annotations
 
-import sys
-import tempfile
 import time
 from dataclasses import asdict
 from pathlib import Path
@@ -31,6 +29,7 @@ import yaml
 from gprodom.benchmark.motion import read_beside, rmse
 from gprodom.calibrate.k import measure_shifts
 from gprodom.config import STANDARD
+from gprodom.files import temporary_folder
 from gprodom.gpr import find_apexes
 from gprodom.ground.scene import Layer, Pipe, Scene, Stones, read_scene
 from gprodom.lcm.constants import kind
@@ -45,7 +44,7 @@ from gprodom.simulate.files import write_sequence
 from gprodom.simulate.robot import robot
 from gprodom.simulate.routes import make_route
 from gprodom.simulate.sequence import SurveySpec, simulate
-from program import parser_of, print_rows
+from program import exit_with, parser_of, print_rows
 
 CHECKOUT = Path(__file__).resolve().parents[1]
 LINES = CHECKOUT / "test" / "python" / "pipe_lines.npz"
@@ -137,8 +136,7 @@ def basement_pipes(folder: Path) -> Path:
 
 def drive(seed: int) -> dict[str, Any]:
     """The figures of a drive of some 60 m with two slips."""
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-        folder = Path(name)
+    with temporary_folder() as folder:
         route = make_route("loop", 60.0, 0.6, 6.0, stream(seed, "route"), 10.0)
         run = simulate(robot(route, SurveySpec("basement"), kind="loop", slips=2), seed)
         (zipped, *_) = write_sequence(run, folder / "1700000000-0-pipes-cmu-gpr.zip")
@@ -195,8 +193,7 @@ def windows(sequences: list[Path]) -> dict[str, Any]:
     method = find_method("salient")
     seen = []
     for sequence in sequences:
-        with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-            folder = Path(name)
+        with temporary_folder() as folder:
             log = as_log(sequence, folder, read_beside(sequence)[1])
             truth = read_truth(sequence).trajectory
             shifts = measure_shifts(log, method, (), (), truth, folder / "output.lcmlog")
@@ -225,4 +222,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

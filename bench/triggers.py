@@ -11,7 +11,6 @@ trigger, and without a radar; and how many places were found again.
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterator, Sequence
 from itertools import product
 from pathlib import Path
@@ -20,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from estimates import planar_figures, run_method
+from gprodom.files import temporary_folder
 from gprodom.ground.survey import shipped
 from gprodom.lcm import logs
 from gprodom.lcm.constants import kind
@@ -58,8 +58,8 @@ def measure(
     ground: str, slip: str, seed: int, spacings: Sequence[float]
 ) -> Iterator[dict[str, Any]]:
     """A row for each trigger."""
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-        log = Path(name) / "drive.lcmlog"
+    with temporary_folder() as folder:
+        log = folder / "drive.lcmlog"
         drive(log, ground, slip, seed, 0.0)
         without, _ = error_m(log, "imu_wheel")
         for spacing in (0.0, *spacings):
@@ -85,7 +85,7 @@ def summary(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     return found
 
 
-def main() -> int:
+def main() -> None:
     """Measures and prints."""
     parser = parser_of(__doc__)
     parser.add_argument("--seeds", type=int, default=3, metavar="N")
@@ -98,7 +98,6 @@ def main() -> int:
     for case in one_by_one("drives", cases):
         rows += measure(*case, spacings)
     print_rows(args, summary(rows))
-    return 0
 
 
 if __name__ == "__main__":

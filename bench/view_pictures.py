@@ -13,11 +13,11 @@ from __future__ import annotations
 import argparse
 import subprocess
 import sys
-import tempfile
 from pathlib import Path
 
 from PIL import Image
 
+from gprodom.files import temporary_folder
 from gprodom.view.viewer import viewer_command, without_statistics
 
 GPRODOM = (sys.executable, "-m", "gprodom")
@@ -67,8 +67,7 @@ def main() -> int:
     parser.add_argument("what", choices=("view", "report", "commission"))
     parser.add_argument("-o", "--output", type=Path, required=True)
     args, log = parser.parse_known_args()
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-        folder = Path(name)
+    with temporary_folder() as folder:
         shot = folder / "shot.png"
         if args.what == "view":
             picture_of_view(log, shot, folder)

@@ -13,7 +13,6 @@ and the times real time by processor time. Exit code 1 where positions are furth
 from __future__ import annotations
 
 import hashlib
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +21,7 @@ import numpy as np
 from gprodom.config import Configs
 from gprodom.console import format_table
 from gprodom.errors import Error
+from gprodom.files import temporary_folder
 from gprodom.lcm import logs
 from gprodom.options import add_config_options
 from program import exit_with, one_by_one, parser_of, print_figures
@@ -49,8 +49,7 @@ def compare(log: Path, configs: Configs, overrides: list[str]) -> dict[str, Any]
     figures: dict[str, Any] = {}
     said: dict[str, tuple[np.ndarray, np.ndarray]] = {}
     digests = []
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-        folder = Path(name)
+    with temporary_folder() as folder:
         for solver in ("ceres", *SOLVERS):
             run = replay(log, configs, [*overrides, f"smoother.solver={solver}"], folder)
             said[solver] = published(folder)
@@ -79,8 +78,8 @@ def main() -> int:
     parser.add_argument("--max-m", type=float, default=1e-6, help="default: %(default)s")
     args = parser.parse_args()
     results: list[dict[str, Any]] = []
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-        for log in one_by_one("logs", [log_of(source, Path(name)) for source in args.logs]):
+    with temporary_folder() as folder:
+        for log in one_by_one("logs", [log_of(source, folder) for source in args.logs]):
             results.append(compare(log, args.configs, args.overrides))
     names = ("ceres ms", "ceres x", "chain ms", "chain x")
     header = ["log", "poses", "apart, m", "covariance", "same bytes", *names]

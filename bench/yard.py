@@ -15,11 +15,11 @@ from __future__ import annotations
 import json
 import subprocess
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import gprodom
 from gprodom.errors import Error
+from gprodom.files import temporary_folder
 from program import exit_with, parser_of, print_figures, table_of
 
 BY_DAY = ("day", "rounds", "cpu_ms_per_s", "yardsticks_per_s", "resident_mb", "map_mb")
@@ -30,8 +30,8 @@ def run(program: Path, words: list[str]) -> dict[str, Any]:
     """What it tells; it shows its own progress."""
     if not program.is_file():
         raise Error(f"{program}: not built: run scripts/setup")
-    with TemporaryDirectory(prefix="gprodom-") as folder:
-        told = Path(folder) / "told.json"
+    with temporary_folder() as folder:
+        told = folder / "told.json"
         done = subprocess.run([program, *words, "--json", told])
         if done.returncode != 0:
             raise Error(f"{program.name}: exit code {done.returncode}")
@@ -39,7 +39,7 @@ def run(program: Path, words: list[str]) -> dict[str, Any]:
         return found
 
 
-def main() -> int:
+def main() -> None:
     """Runs the command line."""
     parser = parser_of(__doc__, overrides=True)
     parser.add_argument("hours", type=float, metavar="HOURS", help="of data")
@@ -54,7 +54,6 @@ def main() -> int:
     found = run((gprodom._build or Path("build")) / "bench" / "bench_yard", words)
     rows = [{key: day[key] for key in BY_DAY} for day in found["days"]]
     print_figures(args, found, table_of(rows))
-    return 0
 
 
 if __name__ == "__main__":

@@ -64,11 +64,10 @@ def parser() -> argparse.ArgumentParser:
     return made
 
 
-def main() -> int:
+def main() -> None:
     """Runs a part."""
     args = parser().parse_args()
     print_rows(args, PARTS[args.part](args))
-    return 0
 
 
 if __name__ == "__main__":

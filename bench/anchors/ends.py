@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import tempfile
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import drives
 
+from gprodom.files import temporary_folder
 from gprodom.fixes.made import CENTIMETRES, ENDS, METRES, fixes_of_truth, share_of_way, within
 from program import seeds_of
 
@@ -20,9 +19,9 @@ NOISES = {"3 cm": CENTIMETRES, "1 m": METRES}
 def run(args: argparse.Namespace) -> list[dict[str, Any]]:
     """A row for each recording, noise and seed."""
     rows = []
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+    with temporary_folder() as folder:
         for recording in args.only or NAMES:
-            drive = drives.ready(recording, args.data, Path(name))
+            drive = drives.ready(recording, args.data, folder)
             bare = drives.run(drive, None, args.overrides)
             fixed = within(share_of_way(drive.truth, drive.truth.time), ENDS)
             for noise, seed in product(NOISES, seeds_of(args)):

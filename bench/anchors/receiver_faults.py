@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import tempfile
-from pathlib import Path
 from typing import Any
 
 import drives
 import numpy as np
 
 from gprodom.errors import Error
+from gprodom.files import temporary_folder
 from gprodom.fixes.made import CENTIMETRES, FAULTS, fixes_of_truth, in_degrees, with_fault
 from program import seeds_of
 
@@ -25,9 +24,9 @@ def run(args: argparse.Namespace) -> list[dict[str, Any]]:
     if unknown:
         raise Error(f"--fault {unknown.pop()}: expected some of {', '.join(FAULTS)}")
     rows = []
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
+    with temporary_folder() as folder:
         for recording in args.only or NAMES:
-            drive = drives.ready(recording, args.data, Path(name))
+            drive = drives.ready(recording, args.data, folder)
             bare = drives.run(drive, None, args.overrides)
             for seed in seeds_of(args):
                 rows += _of_drive(drive, bare, seed, args)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import tempfile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import gprodom
+from gprodom.files import temporary_folder
 from gprodom.map.ground import MapFile, read_map
 from gprodom.random_streams import stream
 from gprodom.simulate.recording import as_recording
@@ -53,9 +53,9 @@ def one(seed: int, sets: list[str]) -> dict[str, Any]:
     """Both days of a seed; `error_m` of all poses in site, where the maps were joined."""
     runs = simulated(seed), simulated(seed + 500)
     places = np.zeros(2), APART_M
-    with tempfile.TemporaryDirectory() as name:
+    with temporary_folder() as folder:
         files = [
-            drive(run, day * DAY_US, place, Path(name) / f"{day}.map", sets)
+            drive(run, day * DAY_US, place, folder / f"{day}.map", sets)
             for day, (run, place) in enumerate(zip(runs, places, strict=True))
         ]
     join = files[0].ground.merged(files[1].ground)["joins"][0]

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import tempfile
-from pathlib import Path
 from typing import Any
 
 import drives
 import numpy as np
 
+from gprodom.files import temporary_folder
 from gprodom.fixes.record import Fixes, Frame, Quality, diagonal
 from gprodom.trajectory import path_length
 
@@ -19,8 +18,8 @@ GPS_SIGMA_M = 0.9  # of a horizontal axis, by the receiver's own word
 
 def run(args: argparse.Namespace) -> list[dict[str, Any]]:
     """One row. The minute is that in which the robot drives farthest."""
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-        drive = drives.ready("husky", args.data, Path(name))
+    with temporary_folder() as folder:
+        drive = drives.ready("husky", args.data, folder)
         time, way = drive.truth.time, path_length(drive.truth.position[:, :2], 0.5)
         later = np.interp(time + SECONDS * 1e6, time, way, right=np.nan)
         begin = int(time[np.nanargmax(later - way)])

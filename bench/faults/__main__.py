@@ -34,6 +34,7 @@ import table
 
 from gprodom.console import Progress
 from gprodom.errors import Error
+from gprodom.files import temporary_folder
 from gprodom.odometry.replay import run_replay
 from gprodom.options import add_config_option
 from gprodom.score.sources import read_truth
@@ -142,8 +143,8 @@ def parse() -> argparse.Namespace:
 def main() -> int:
     """Runs the command line."""
     args = parse()
-    with tempfile.TemporaryDirectory(prefix="gprodom-") as name:
-        args.output = args.output or Path(name)
+    with temporary_folder() as folder:
+        args.output = args.output or folder
         args.output.mkdir(parents=True, exist_ok=True)
         return run(args)
 

@@ -253,7 +253,7 @@ def smoothers(content: Any) -> Iterator[Figure]:
 def realism(content: Any) -> Iterator[Figure]:
     """bench/realism.py: figures of made and of real data, none of which is better."""
     for group, columns in content.items():
-        for column, values in columns.items() if group != "differences" else ():
+        for column, values in columns.items():
             yield from as_told(f"{group}/{column}", values, each(COUNT, *values))
 
 
