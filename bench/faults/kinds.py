@@ -37,7 +37,6 @@ class Fault:
     seconds: how long it lasts; None: here and there over the whole run.
     told: STATUS can know of it. A constant offset of a clock, say, shows nowhere.
     jump: of all clocks, or of the IMU's, us; the poses may bear the times after it, or go on.
-    by_chance: another draw is another fault.
     """
 
     name: str
@@ -45,7 +44,6 @@ class Fault:
     seconds: float | None = None
     told: bool = True
     jump: float = 0.0
-    by_chance: bool = False
 
 
 def get(data: bytes, at: int, form: str) -> tuple[float, ...]:
@@ -107,7 +105,7 @@ def scattered(
             changed += change(m, rng) if use else (m,)
         return sorted(changed, key=lambda m: m[0])
 
-    return Fault(name, apply, by_chance=True)
+    return Fault(name, apply)
 
 
 def delayed(m: Message, by_us: float) -> Message:
@@ -160,31 +158,6 @@ def biased(data: bytes, rate: float, acceleration: float) -> bytes:
     return put(data, _RATE, "3d", p, q, r + rate)
 
 
-class Stuck:
-    """From its first message on the values stay; the stamp goes on, or stays as well."""
-
-    def __init__(self, keeps_stamp: bool = False) -> None:
-        self._first: bytes | None = None
-        self._keeps_stamp = keeps_stamp
-
-    def __call__(self, data: bytes) -> bytes:
-        """The message with the values of the first, or its stamp."""
-        if self._first is None:
-            self._first = data
-        if self._keeps_stamp:
-            return put(data, _UTIME, "q", *get(self._first, _UTIME, "q"))
-        return self._first[:_UTIME] + data[_UTIME : _UTIME + 8] + self._first[_UTIME + 8 :]
-
-
-def stuck(channel: str, seconds: float, keeps_stamp: bool, name: str) -> Fault:
-    """A sensor whose values, or stamps, stay for a while."""
-
-    def apply(messages: list[Message], rng: Random, begin: int) -> list[Message]:
-        return during(channel, seconds, Stuck(keeps_stamp), name).apply(messages, rng, begin)
-
-    return Fault(name, apply, seconds)
-
-
 def drifting_clock(channel: str, ppm: float) -> Fault:
     """Stamps of a sensor whose clock is too fast."""
 
@@ -198,19 +171,30 @@ def drifting_clock(channel: str, ppm: float) -> Fault:
     return Fault(f"{channel} clock {ppm:g} ppm off", apply)
 
 
-def from_then_on(
-    channel: str, change: Callable[[bytes, bytes], bytes], name: str, told: bool = True
+def by_the_first(
+    channel: str, change: Callable[[bytes, bytes], bytes], name: str, seconds: float = FOR_GOOD
 ) -> Fault:
     """`change` is given a message and the sensor's first one after the fault began."""
 
     def apply(messages: list[Message], _: Random, begin: int) -> list[Message]:
+        end = begin + seconds * SECOND
         first = next(d for t, c, d in messages if c == channel and t >= begin)
         return [
-            (t, c, change(d, first)) if c == channel and t >= begin else (t, c, d)
+            (t, c, change(d, first)) if c == channel and begin <= t < end else (t, c, d)
             for t, c, d in messages
         ]
 
-    return Fault(name, apply, FOR_GOOD, told=told)
+    return Fault(name, apply, seconds)
+
+
+def with_stamp(data: bytes, first: bytes) -> bytes:
+    """The stamp stays."""
+    return put(data, _UTIME, "q", *get(first, _UTIME, "q"))
+
+
+def with_values(data: bytes, first: bytes) -> bytes:
+    """The values stay; the stamp goes on."""
+    return put(first, _UTIME, "q", *get(data, _UTIME, "q"))
 
 
 def wheel_from_zero(data: bytes, first: bytes) -> bytes:
@@ -298,8 +282,8 @@ def all_faults() -> list[Fault]:
     for channel in (*SENSORS, "all"):
         faults += stamps(channel)
     for channel in SENSORS:
-        faults.append(stuck(channel, 5, True, f"{channel} stamps stuck 5 s"))
-        faults.append(stuck(channel, 5, False, f"{channel} values stuck 5 s"))
+        faults.append(by_the_first(channel, with_stamp, f"{channel} stamps stuck 5 s", 5))
+        faults.append(by_the_first(channel, with_values, f"{channel} values stuck 5 s", 5))
         faults.append(scattered(channel, 0.01, bit_flipped, f"{channel} 1% a bit flipped"))
         faults.append(drifting_clock(channel, 100))
         late_clock, name = partial(shifted, by_us=50_000), f"{channel} stamps +50 ms"
@@ -316,8 +300,8 @@ def all_faults() -> list[Fault]:
         during(IMU, FOR_GOOD, lambda d: biased(d, 0.005, 0), f"{IMU} gyro bias step"),
         during(IMU, FOR_GOOD, slope, name, told=False),
         during(IMU, FOR_GOOD, lambda d: biased(d, 0.005, 0.05), f"{IMU} bias step of both"),
-        from_then_on(WHEEL, wheel_from_zero, f"{WHEEL} reset to zero"),
-        from_then_on(WHEEL, wheel_backwards, f"{WHEEL} sign flipped"),
+        by_the_first(WHEEL, wheel_from_zero, f"{WHEEL} reset to zero"),
+        by_the_first(WHEEL, wheel_backwards, f"{WHEEL} sign flipped"),
         during(GPR, FOR_GOOD, dead, f"{GPR} dead"),
         during(GPR, FOR_GOOD, shorter, f"{GPR} shorter"),
         now_and_then(GPR, shorter, f"{GPR} 1% shorter"),
@@ -341,3 +325,9 @@ def combination(seed: int) -> Fault:
         return messages
 
     return Fault(" + ".join(f.name for f in drawn), apply, told=any(f.told for f in drawn))
+
+
+def faults_of(combinations: int) -> dict[str, Fault]:
+    """All there are, by name."""
+    combined = [combination(seed) for seed in range(combinations)]
+    return {fault.name: fault for fault in (*all_faults(), *combined)}
