@@ -21,8 +21,9 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -49,7 +50,7 @@ from gprodom.simulate.robot import KINDS, of_kind, robot
 from gprodom.simulate.sequence import Simulated, Spec, simulate
 from processes import children_seconds
 from program import command, exit_with, one_by_one, parser_of, print_figures, table_of
-from recordings import convert, recordings_of
+from recordings import Recording, chosen, convert
 from robots import UNDECIDED_M
 
 ROBOTS = ("", "cart", "rover", "skid_steer", "car")  # one wheel, then pairs
@@ -211,9 +212,8 @@ def one(seed: int, folder: Path, radar: bool = True) -> dict[str, Any]:
     return row | errors_after(made.log, folder, made.unit)
 
 
-def real(name: str, data: Path, folder: Path) -> dict[str, Any]:
+def real(name: str, recording: Recording, data: Path, folder: Path) -> dict[str, Any]:
     """Of a recording, likewise."""
-    recording = recordings_of(data)[name]
     log = folder / "in.lcmlog"
     convert(recording, data, log)
     told, seconds = commission(log, [f"--set={setting}" for setting in recording.settings], folder)
@@ -256,18 +256,19 @@ def main() -> None:
     parser.add_argument("--only", action="append", default=[], metavar="NAME")
     args = parser.parse_args()
     rows: list[dict[str, Any]] = []
-    seeds = range(args.first, args.first + args.robots)
-    todo = seeds if args.recordings is None else args.only or list(recordings_of(args.recordings))
-    for each in one_by_one("robots", todo):
+    todo: dict[str, Callable[[Path], dict[str, Any]]] = {}
+    if args.recordings is None:
+        for seed in range(args.first, args.first + args.robots):
+            todo[str(seed)] = partial(one, seed, radar=not args.no_radar)
+    else:
+        for name, recording in chosen(args.recordings, args.only).items():
+            todo[name] = partial(real, name, recording, args.recordings)
+    for name, work in one_by_one("robots", list(todo.items())):
         with temporary_folder() as folder:
             try:
-                rows.append(
-                    one(each, folder, not args.no_radar)
-                    if isinstance(each, int)
-                    else real(each, args.recordings, folder)
-                )
+                rows.append(work(folder))
             except Error as error:
-                rows.append({"name": str(each), "deviations": {}, "error": str(error)})
+                rows.append({"name": name, "deviations": {}, "error": str(error)})
     constants = summary(rows)
     keys = ("name", "seconds", "wheel_m", "after_m", "over", "allowed", "missing", "findings")
     lines = [{key: row.get(key) for key in (*keys, "error")} for row in rows]

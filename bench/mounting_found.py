@@ -32,34 +32,27 @@ from gprodom.drive.imu_mounting import matrix_of
 from gprodom.files import temporary_folder
 from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import wheel_and_gyro
-from gprodom.odometry.estimate import as_log
 from gprodom.score.consistency import TruthError
 from gprodom.score.sources import read_truth
 from program import exit_with, in_processes, parser_of, print_figures, table_of
-from recordings import Recording, convert, recordings_of
-from robot_variations import is_folder
+from recordings import recordings_of
+from robot_variations import is_folder, names_of, recorded
 from robots import UNDECIDED_M
 from sensors import read, write
 
-SEQUENCE = Recording((), TruthError(), "")
 SIGMA = "imu.yaw_sigma_rad"  # in STATUS
 KNOWN = 0.5  # rad
 
 
-def run(case: tuple[Path, str | None], seed: int, overrides: Sequence[str]) -> dict[str, Any]:
-    """The figures of one recording, or (None) of a sequence."""
+def run(case: tuple[Path, str], seed: int, overrides: Sequence[str]) -> dict[str, Any]:
+    """The figures of one recording, or of a sequence."""
     source, name = case
-    recording = SEQUENCE if name is None else recordings_of(source)[name]
     with temporary_folder() as folder:
-        log = folder / "recorded.lcmlog"
-        if name is None:
-            log = as_log(source, folder)
-            R = np.eye(3)  # the simulation's
-        else:
-            convert(recording, source, log)
-            R = matrix_of(mount_in(log).rpy)
+        recording, log = recorded(source, name, folder)
+        # In a sequence the IMU sits as the simulation has it.
+        R = matrix_of(mount_in(log).rpy) if is_folder(source) else np.eye(3)
         sensors = read(log)
-        label = name or source.name[:10]
+        label = name if is_folder(source) else name[:10]
         R_old_new = Rotation.random(random_state=seed + zlib.crc32(label.encode())).as_matrix()
         turned = replace(sensors, force=sensors.force @ R_old_new, rate=sensors.rate @ R_old_new)
         log = write(turned, folder / "in.lcmlog")
@@ -108,13 +101,13 @@ def main() -> None:
     parser.add_argument("--only", action="append", metavar="RECORDING", default=[])
     parser.add_argument("--seed", type=int, default=1)
     args = parser.parse_args()
-    cases: list[tuple[Path, str | None]] = []
-    for source in args.sources:
-        if is_folder(source):
-            points = [name for name, r in recordings_of(source).items() if r.points]
-            cases += [(source, name) for name in args.only or points]
-        else:
-            cases.append((source, None))
+    cases = [(source, name) for source in args.sources for name in names_of(source, args.only)]
+    # The truth of others tells the distance alone.
+    cases = [
+        (source, name)
+        for source, name in cases
+        if not is_folder(source) or recordings_of(source)[name].points
+    ]
     work = partial(run, seed=args.seed, overrides=args.overrides)
     rows = in_processes(args.jobs, "mountings", work, cases)
     mean = geometric_mean(row["over"] for row in rows)

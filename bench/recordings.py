@@ -26,7 +26,7 @@ a description file, recordings.yaml, in it:
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -117,6 +117,14 @@ def recordings_of(folder: Path) -> dict[str, Recording]:
     if not there:
         raise Error(f"{folder}: no recording that is known; describe them in {described}")
     return there
+
+
+def chosen(folder: Path, only: Sequence[str]) -> dict[str, Recording]:
+    """Those that --only names, or all of a folder."""
+    known = recordings_of(folder)
+    if unknown := [name for name in only if name not in known]:
+        raise Error(f"--only {unknown[0]}: expected some of {', '.join(known)}")
+    return {name: known[name] for name in only or known}
 
 
 def read_description(path: Path) -> dict[str, Recording]:

@@ -29,7 +29,7 @@ from gprodom.files import temporary_folder
 from gprodom.odometry.estimate import as_log
 from gprodom.score.consistency import TruthError
 from program import exit_with, in_processes, parser_of, print_figures, table_of
-from recordings import Recording, convert, recordings_of
+from recordings import Recording, chosen, convert, recordings_of
 from robots import measure
 from sensors import read, write
 from variations import LEVER_ARMS, VARIATIONS
@@ -55,10 +55,7 @@ def recorded(source: Path, name: str, folder: Path) -> tuple[Recording, Path]:
 
 def names_of(source: Path, only: Sequence[str]) -> list[str]:
     """Those of --only, or all."""
-    known = list(recordings_of(source)) if is_folder(source) else [source.stem]
-    if unknown := [name for name in only if name not in known]:
-        raise Error(f"--only {unknown[0]}: expected some of {', '.join(known)}")
-    return list(only) or known
+    return list(chosen(source, only)) if is_folder(source) else [source.stem]
 
 
 def run(source: Path, name: str, variation: str, overrides: Sequence[str]) -> Row:

@@ -35,7 +35,7 @@ from gprodom.score.figures import Figures
 from gprodom.score.sources import read_truth
 from gprodom.trajectory import Trajectory, path_length
 from program import exit_with, parser_of, print_figures
-from recordings import Recording, convert, recordings_of
+from recordings import Recording, chosen, convert
 
 JUMP = "odom.largest_jump_m"  # in STATUS
 UNDECIDED_M = 0.015  # that neither truth nor mounting of a small robot is better known than
@@ -153,13 +153,9 @@ def main() -> None:
     parser.add_argument("--only", action="append", metavar="NAME", default=[])
     args = parser.parse_args()
     results: dict[str, dict[str, Any]] = {}
-    recordings = recordings_of(args.data)
-    for name in args.only:
-        if name not in recordings:
-            raise Error(f"--only {name}: expected some of {', '.join(recordings)}")
-    for name in args.only or recordings:
+    for name, recording in chosen(args.data, args.only).items():
         try:
-            results[name] = run(recordings[name], args.data, args.overrides)
+            results[name] = run(recording, args.data, args.overrides)
         except Error as error:  # one that does not start is a row, too
             results[name] = {"error": str(error)}
     print_figures(args, results, table(results))
