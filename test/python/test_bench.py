@@ -125,7 +125,7 @@ def test_turning_adds_accelerations_where_the_imu_sits() -> None:
     rate = np.column_stack([np.zeros((n, 2)), turn])
     still = Sensors(time, np.zeros((n, 3)), rate, time[:0], none, time[:0], none)
     inside = slice(100, -100)
-    found = displaced(arm, 0, 0)(still, random).force[inside]
+    found = displaced(still, random, (arm, 0, 0)).force[inside]
     expected = np.column_stack([-arm * turn**2, np.full(n, arm * faster), np.zeros(n)])[inside]
     np.testing.assert_allclose(found, expected, atol=0.01)
 
