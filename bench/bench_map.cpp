@@ -36,20 +36,19 @@ class Robot {
     }
   }
 
-  // Time goes on by a state: its traces, then the state.
-  template <class Trace, class State>
-  void drive(Trace on_trace, State on_state) {
+  // Time goes on by a state: its traces, then the state, and what is due by then.
+  void drive(MapTask& task) {
     for (const TimeNs end = time_ + kStateInterval; time_ < end; time_ += kTraceInterval) {
       trace_.time = time_;
       trace_.sample_interval_s = 0.2e-9;
       trace_.samples = ground_[static_cast<std::size_t>(std::fmod(metres(), kPattern) / 0.02)];
-      on_trace(trace_);
+      task.add(trace_);
     }
-    on_state(state());
+    task.add(state(), time_);
+    while (task.next_due(time_)) continue;
   }
 
   double metres() const { return kSpeed * to_seconds(time_); }
-  TimeNs time() const { return time_; }
 
  private:
   StateResult state() const {
@@ -77,12 +76,8 @@ void fast_path(benchmark::State& state) {
   MapTask task(Config(), Execution::kThreaded);
   OdometryEstimate estimate;
   const auto go = [&] {
-    robot.drive([&](const GprTrace& trace) { task.add(trace); },
-                [&](const StateResult& result) {
-                  task.add(result, result.state.time);
-                  while (task.next_due(robot.time())) continue;
-                  benchmark::DoNotOptimize(task.correct(estimate));
-                });
+    robot.drive(task);
+    benchmark::DoNotOptimize(task.correct(estimate));
   };
   while (robot.metres() < static_cast<double>(state.range(0))) {
     go();
@@ -102,16 +97,9 @@ BENCHMARK(fast_path)->ArgName("metres")->Arg(10)->Arg(10000)->Unit(benchmark::kM
 void job(benchmark::State& state) {
   Robot robot;
   MapTask task(Config(), Execution::kInline);
-  const auto go = [&] {
-    robot.drive([&](const GprTrace& trace) { task.add(trace); },
-                [&](const StateResult& result) {
-                  task.add(result, result.state.time);
-                  while (task.next_due(robot.time())) continue;
-                });
-  };
-  while (robot.metres() < static_cast<double>(state.range(0))) go();
+  while (robot.metres() < static_cast<double>(state.range(0))) robot.drive(task);
   const WorkTime before = task.work_time();
-  for (auto _ : state) go();
+  for (auto _ : state) robot.drive(task);
   const WorkTime after = task.work_time();
   state.counters["ms_per_job"] =
       1e3 * (after.total_s - before.total_s) /

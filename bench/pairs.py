@@ -15,14 +15,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 
 from gprodom.lcm.messages import message
 from log_events import read_events, write_events
-from program import exit_with, in_processes, parser_of, print_figures, told_apart
-from rough import ALL, Row, attempt, sequences_of, table
+from program import exit_with, parser_of
+from rough import ALL, Row, attempt, measured
 
 ONE, FAILS = "one antenna", "front fails"
 METHODS = ("imu_wheel", "radar_imu", "gprodom", ALL)
@@ -76,13 +75,7 @@ def main() -> int:
     parser.add_argument("--only", metavar="ROW", choices=NAMES, help="this row alone")
     args = parser.parse_args()
     names = tuple(name for name in NAMES if args.only in (None, name))
-    sequences = sequences_of(args.sequences)
-    work = partial(run, more=tuple(args.overrides), names=names)
-    rows, failed = told_apart(in_processes(args.jobs, "drives", work, sequences))
-    if not rows:
-        return 1
-    print_figures(args, [asdict(row) for row in rows], table(rows, names))
-    return 1 if failed else 0
+    return measured(args, partial(run, more=tuple(args.overrides), names=names), names)
 
 
 if __name__ == "__main__":

@@ -74,18 +74,6 @@ def command(*words: object) -> str:
     return said.getvalue()
 
 
-def told_apart(found: Iterable[list[T] | str]) -> tuple[list[T], bool]:
-    """All rows, and whether there was a text in place of some: why they are missing, for stderr."""
-    rows, failed = [], False
-    for some in found:
-        if isinstance(some, str):
-            complain(some)
-            failed = True
-        else:
-            rows += some
-    return rows, failed
-
-
 def one_by_one(what: str, things: Sequence[T]) -> Iterable[T]:
     """One after the other, with progress."""
     with Progress(what, len(things)) as progress:

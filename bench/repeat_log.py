@@ -1,10 +1,6 @@
-#!/usr/bin/env python3
 """One long drive of a short log: its rounds follow each other, for soaks of the live daemon.
 
 The log begins and ends at a standstill. Stamps and the wheel's count go on from round to round.
-
-    bench/repeat_log.py SEQ.lcmlog long.lcmlog --seconds 900
-    bench/live_load.py long.lcmlog --seconds 900
 """
 
 from __future__ import annotations
@@ -16,7 +12,6 @@ from gprodom.console import Progress
 from gprodom.errors import Error
 from gprodom.lcm.messages import message
 from log_events import Message, read_events, write_events
-from program import exit_with, parser_of
 
 TYPES = {"IMU": "imu_t", "WHEEL": "wheel_t", "GPR_TRACE": "gpr_trace_t"}
 IMU_PERIOD_US = 5000  # between the last message of a round and the first of the next
@@ -48,17 +43,3 @@ def rounds(events: list[Message], seconds: float) -> Iterator[Message]:
                 if hasattr(m, "ticks"):
                     m.ticks += ticks
             progress.update(min(seconds, (m.utime - period - first) * 1e-6))
-
-
-def main() -> None:
-    """Runs the command line."""
-    parser = parser_of(__doc__)
-    parser.add_argument("log", type=Path, metavar="SEQ.lcmlog")
-    parser.add_argument("output", type=Path, metavar="OUT.lcmlog")
-    parser.add_argument("--seconds", type=float, default=900.0, help="default: %(default)s")
-    args = parser.parse_args()
-    repeat(args.log, args.output, args.seconds)
-
-
-if __name__ == "__main__":
-    exit_with(main)

@@ -14,6 +14,7 @@ brackets the mean of the drives' ratios.
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -26,7 +27,7 @@ from gprodom.errors import Error
 from gprodom.files import temporary_folder
 from gprodom.odometry.estimate import as_log
 from gprodom.score.sources import read_estimate, read_truth
-from program import exit_with, in_processes, parser_of, print_figures, told_apart
+from program import complain, exit_with, in_processes, parser_of, print_figures
 from zips import sample_interval, sequences_of
 
 ALL = "gprodom_full"
@@ -122,6 +123,22 @@ def table(rows: Sequence[Row], names: Sequence[str]) -> str:
     return format_table(header, lines)
 
 
+def measured(
+    args: argparse.Namespace, work: Callable[[Path], list[Row] | str], names: Sequence[str]
+) -> int:
+    """Runs the drives of the command line and prints their rows; the exit code."""
+    rows, failed = [], False
+    for found in in_processes(args.jobs, "drives", work, sequences_of(args.sequences)):
+        if isinstance(found, str):
+            complain(found)
+            failed = True
+        else:
+            rows += found
+    if rows:
+        print_figures(args, [asdict(row) for row in rows], table(rows, names))
+    return 1 if failed or not rows else 0
+
+
 def main() -> int:
     """Runs the command line."""
     parser = parser_of(__doc__, jobs=2, overrides=True)
@@ -130,13 +147,7 @@ def main() -> int:
     args = parser.parse_args()
     names = [name for name in METHODS if args.only in (None, name)]
     cases = [(name, name, tuple(args.overrides)) for name in names]
-    sequences = sequences_of(args.sequences)
-    work = partial(attempt, methods=cases)
-    rows, failed = told_apart(in_processes(args.jobs, "drives", work, sequences))
-    if not rows:
-        return 1
-    print_figures(args, [asdict(row) for row in rows], table(rows, names))
-    return 1 if failed else 0
+    return measured(args, partial(attempt, methods=cases), names)
 
 
 if __name__ == "__main__":

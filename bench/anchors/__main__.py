@@ -57,8 +57,6 @@ def parser() -> argparse.ArgumentParser:
             part.add_argument("data", type=Path, metavar="DIR")
         if name in ("ends", "faults"):
             part.add_argument("--only", action="append", metavar="NAME", default=[])
-        if name == "faults":
-            part.add_argument("--fault", action="append", metavar="NAME", default=[])
         add_seeds(part, "--seeds", 1)
         add_overrides_option(part)
     return made

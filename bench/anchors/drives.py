@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,7 @@ from estimates import mount_in, mounting_setting, run_method
 from gprodom.arrays import Bools
 from gprodom.config import STANDARD
 from gprodom.errors import Error
+from gprodom.files import temporary_folder
 from gprodom.fixes.made import add_to_log
 from gprodom.fixes.record import Fixes
 from gprodom.lcm import logs
@@ -56,6 +57,16 @@ def ready(name: str, data: Path, folder: Path) -> Drive:
     convert(RECORDINGS[name], data, log)
     settings = (mounting_setting(mount_in(log)), *RECORDINGS[name].settings)
     return Drive(name, log, read_truth(log).trajectory, settings)
+
+
+def each_of(
+    names: Sequence[str], data: Path, overrides: Sequence[str]
+) -> Iterator[tuple[Drive, Run]]:
+    """These recordings, each with its estimate without fixes."""
+    for name in names:
+        with temporary_folder() as folder:
+            drive = ready(name, data, folder)
+            yield drive, run(drive, None, overrides)
 
 
 def run(drive: Drive, fixes: Fixes | None, overrides: Sequence[str]) -> Run:

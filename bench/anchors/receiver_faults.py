@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from typing import Any
 
 import drives
 import numpy as np
 
-from gprodom.errors import Error
-from gprodom.files import temporary_folder
 from gprodom.fixes.made import CENTIMETRES, FAULTS, fixes_of_truth, in_degrees, with_fault
 from program import seeds_of
 
@@ -20,21 +19,15 @@ OURS = "fix"  # is in each reason of STATUS that is of fixes
 
 def run(args: argparse.Namespace) -> list[dict[str, Any]]:
     """A row for each recording, fault and seed; `healthy` is without one."""
-    unknown = set(args.fault) - FAULTS.keys()
-    if unknown:
-        raise Error(f"--fault {unknown.pop()}: expected some of {', '.join(FAULTS)}")
     rows = []
-    with temporary_folder() as folder:
-        for recording in args.only or NAMES:
-            drive = drives.ready(recording, args.data, folder)
-            bare = drives.run(drive, None, args.overrides)
-            for seed in seeds_of(args):
-                rows += _of_drive(drive, bare, seed, args)
+    for drive, bare in drives.each_of(args.only or NAMES, args.data, args.overrides):
+        for seed in seeds_of(args):
+            rows += _of_drive(drive, bare, seed, args.overrides)
     return rows
 
 
 def _of_drive(
-    drive: drives.Drive, bare: drives.Run, seed: int, args: argparse.Namespace
+    drive: drives.Drive, bare: drives.Run, seed: int, overrides: Sequence[str]
 ) -> list[dict[str, Any]]:
     fixes = fixes_of_truth(drive.truth, CENTIMETRES, seed)
     begin, end = (
@@ -42,11 +35,11 @@ def _of_drive(
     )
     since = drive.truth.time >= begin
     rows, usual = [], set[str]()
-    for fault in ("healthy", *(args.fault or FAULTS)):
+    for fault in ("healthy", *FAULTS):
         given = in_degrees(fixes)
         if fault != "healthy":
             given = with_fault(in_degrees(fixes), fault, begin, end, seed)
-        found = drives.run(drive, given, args.overrides)
+        found = drives.run(drive, given, overrides)
         told = [(time, why) for time, why in found.reasons if OURS in why.lower()]
         if fault == "healthy":
             usual = {why for _, why in told}

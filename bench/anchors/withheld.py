@@ -8,7 +8,6 @@ from typing import Any
 import drives
 import numpy as np
 
-from gprodom.files import temporary_folder
 from gprodom.fixes.record import Fixes, Frame, Quality, diagonal
 from gprodom.trajectory import path_length
 
@@ -18,8 +17,8 @@ GPS_SIGMA_M = 0.9  # of a horizontal axis, by the receiver's own word
 
 def run(args: argparse.Namespace) -> list[dict[str, Any]]:
     """One row. The minute is that in which the robot drives farthest."""
-    with temporary_folder() as folder:
-        drive = drives.ready("husky", args.data, folder)
+    rows = []
+    for drive, bare in drives.each_of(["husky"], args.data, args.overrides):
         time, way = drive.truth.time, path_length(drive.truth.position[:, :2], 0.5)
         later = np.interp(time + SECONDS * 1e6, time, way, right=np.nan)
         begin = int(time[np.nanargmax(later - way)])
@@ -29,8 +28,9 @@ def run(args: argparse.Namespace) -> list[dict[str, Any]]:
         quality = np.full(len(time), int(Quality.SINGLE), np.int64)
         fixes = Fixes(time, Frame.SITE, drive.truth.position, diagonal(sigmas), quality)
         fixes = fixes.select(~hidden)
-        bare, helped = (drives.run(drive, each, args.overrides) for each in (None, fixes))
+        helped = drives.run(drive, fixes, args.overrides)
         found = drives.compare(drive, bare, helped, hidden, ~hidden)
         row = {"recording": "husky", "withheld_s": SECONDS, "gps_sigma_m": GPS_SIGMA_M}
         row["driven_m"] = float(np.ptp(way[hidden]))
-        return [row | found]
+        rows.append(row | found)
+    return rows

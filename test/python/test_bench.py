@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import re
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from repeat_log import repeat
 from sensors import Sensors
 from variations import displaced
 
-from conftest import BENCH, CHECKOUT, SAMPLE, run_bench, run_cli, run_program
+from conftest import BENCH, CHECKOUT, SAMPLE, run_bench, run_cli
 from gprodom.config import STANDARD
 from gprodom.ground.survey import LATERAL
 from gprodom.lcm import logs
@@ -152,7 +152,7 @@ def test_immobilised_robots_are_told() -> None:
 
 def test_a_log_is_made_longer(sample_log: Path, tmp_path: Path) -> None:
     long = tmp_path / "long.lcmlog"
-    run_program(sys.executable, BENCH / "repeat_log.py", sample_log, long, "--seconds", 200)
+    repeat(sample_log, long, 200)
     sensors = STANDARD.of("imu", "wheel")
     short, read = logs.read_roles(sample_log, sensors), logs.read_roles(long, sensors)
     time = read["imu"]["utime"]
