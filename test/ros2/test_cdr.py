@@ -16,7 +16,7 @@ from kit import BIN, CHECKOUT, PACKAGE, from_cdr, from_the_wire, on_the_wire, st
 
 # Of the node.
 MESSAGES = (CHECKOUT / "ros2/src/messages.h").read_text()
-KINDS = [from_the_wire(name) for name in re.findall(r'kType\[\] =\s+"([\w:]+)"', MESSAGES)]
+KINDS = [from_the_wire(name) for name in re.findall(r'GPRODOM_MESSAGE\("([\w:]+)"', MESSAGES)]
 BASES = {"int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64"}
 
 
