@@ -36,7 +36,7 @@ from gprodom.lcm.messages import fingerprint, message
 from gprodom.odometry.replay import run_replay
 from gprodom.options import add_config_option
 from log_events import read_events
-from own_network import GROUP, PORT, URL, in_time, parse_inside, start_daemon
+from own_network import GROUP, PORT, URL, Heard, in_time, parse_inside, start_daemon
 from processes import memory_mb
 from program import complain, exit_with, list_of, parser_of, print_figures
 from zips import log_of
@@ -163,32 +163,10 @@ def hostile(seed: int, utime: int) -> list[tuple[str, bytes]]:
     return packets
 
 
-class Listener:
-    """What the daemon publishes."""
-
-    def __init__(self) -> None:
-        self.lcm = LCM(URL + "&recv_buf_size=8388608")
-        self.poses: dict[int, tuple[float, ...]] = {}
-        self.counted: dict[str, float] = {}
-        self.statuses = 0
-        self.lcm.subscribe("ODOMETRY", self._pose).set_queue_capacity(0)
-        self.lcm.subscribe("STATUS", self._status).set_queue_capacity(0)
-
-    def _pose(self, _: str, data: bytes) -> None:
-        m = message("odometry_t").decode(data)
-        self.poses[m.utime] = m.position
-
-    def _status(self, _: str, data: bytes) -> None:
-        m = message("status_t").decode(data)
-        self.statuses += 1
-        for name, value in zip(m.names, m.values, strict=True):
-            if name.split(": ")[0] in (*CHANNELS, "input queue"):
-                self.counted[name] = value
-
-    def receive(self, wait_ms: int = 0) -> None:
-        """Takes what has come."""
-        while self.lcm.handle_timeout(wait_ms):
-            pass
+def receive(heard: Heard, wait_ms: int = 0) -> None:
+    """Takes what has come."""
+    while heard.lcm.handle_timeout(wait_ms):
+        pass
 
 
 class Attack:
@@ -215,13 +193,13 @@ class Attack:
                 self.foreign += 1
             self.sent += 1
 
-    def run(self, listener: Listener, alive: Callable[[int], None]) -> None:
+    def run(self, heard: Heard, alive: Callable[[int], None]) -> None:
         """`alive` is told the packets sent, now and then."""
-        paced = in_time(self.events, self.speed, lambda _: listener.receive(1))
+        paced = in_time(self.events, self.speed, lambda _: receive(heard, 1))
         for i, (_, channel, data) in enumerate(paced):
             self.send_hostile(self.packets * (i + 1) // len(self.events))
             self.sender.publish(channel, data)
-            listener.receive()
+            receive(heard)
             if i % 200 == 0:
                 alive(self.sent)
 
@@ -242,7 +220,7 @@ def measure(
     log: Path, configs: Configs, packets: int, speed: float, seed: int, folder: Path
 ) -> dict[str, Any]:
     """The figures by name."""
-    attack, listener = Attack(log, packets, speed, seed), Listener()
+    attack, heard = Attack(log, packets, speed, seed), Heard()
     daemon_log = folder / "daemon.log"
     daemon = start_daemon(configs, daemon_log)
     memory: list[float] = []
@@ -256,23 +234,30 @@ def measure(
                 memory.append(memory_mb(daemon.pid, "VmRSS"))
                 progress.update(sent)
 
-            attack.run(listener, alive)
-            listener.receive(1500)
+            attack.run(heard, alive)
+            receive(heard, 1500)
             alive(attack.sent)
             daemon.terminate()
-            listener.receive(1000)  # the last status
+            receive(heard, 1000)  # the last status
     finally:
         if daemon.poll() is None:
             daemon.terminate()
             daemon.wait(20)
     code = daemon.returncode
     run_replay(log, folder / "replay.lcmlog", configs)
-    poses, both, distance_m = apart(folder / "replay.lcmlog", listener.poses)
+    live = {utime: position for _, utime, position in heard.poses}
+    poses, both, distance_m = apart(folder / "replay.lcmlog", live)
+    counted = {
+        name: value
+        for m in heard.statuses
+        for name, value in zip(m.names, m.values, strict=True)
+        if name.split(": ")[0] in (*CHANNELS, "input queue")
+    }
     return {
         "packets": attack.sent,
         "datagrams": attack.foreign,
-        "counted": int(sum(listener.counted.values())),
-        "reasons": dict(sorted(listener.counted.items())),
+        "counted": int(sum(counted.values())),
+        "reasons": dict(sorted(counted.items())),
         "exit_code": code,
         "poses": poses,
         "poses_live": both,

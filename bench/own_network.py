@@ -10,8 +10,11 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 from gprodom.config import Configs, config_arguments
+from gprodom.lcm import LCM
+from gprodom.lcm.messages import message
 from gprodom.odometry.replay import find_program
 from log_events import Message
 
@@ -34,6 +37,25 @@ def parse_inside(parser: argparse.ArgumentParser, *, mounts: bool = False) -> ar
         os.execvp("unshare", ["unshare", rights, "sh", "-c", _LOOPBACK, "sh", *again])
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that what was started ends, too
     return args
+
+
+class Heard:
+    """What a daemon publishes in this network: of each pose when it came (s), its stamp (us) and
+    position (m), and each STATUS."""
+
+    def __init__(self) -> None:
+        self.lcm = LCM(URL + "&recv_buf_size=8388608")
+        self.poses: list[tuple[float, int, tuple[float, ...]]] = []
+        self.statuses: list[Any] = []
+        for channel, take in (("ODOMETRY", self._pose), ("STATUS", self._status)):
+            self.lcm.subscribe(channel, take).set_queue_capacity(0)
+
+    def _pose(self, _: str, data: bytes) -> None:
+        m = message("odometry_t").decode(data)
+        self.poses.append((time.monotonic(), m.utime, m.position))
+
+    def _status(self, _: str, data: bytes) -> None:
+        self.statuses.append(message("status_t").decode(data))
 
 
 def start_daemon(

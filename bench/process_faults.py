@@ -24,18 +24,18 @@ import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 from gprodom.config import Configs
 from gprodom.files import temporary_folder
 from gprodom.lcm import LCM, logs
-from gprodom.lcm.messages import message
 from gprodom.odometry.replay import run_replay
 from gprodom.options import add_config_option
 from hostile_packets import CHANNELS
 from log_events import Message, read_events
-from own_network import URL, in_time, parse_inside, start_daemon
+from own_network import URL, Heard, in_time, parse_inside, start_daemon
 from program import complain, exit_with, parser_of, print_figures, table_of
 from zips import log_of
 
@@ -53,8 +53,7 @@ class Run:
     configs: Configs
     stderr: Path
     process: subprocess.Popen[bytes] | None = None
-    poses: list[tuple[float, int, tuple[float, ...]]] = field(default_factory=list)
-    said: set[str] = field(default_factory=set)
+    heard: Heard = field(default_factory=Heard)
 
     def start(self) -> None:
         """Starts the daemon, with its state in folder/state."""
@@ -66,23 +65,15 @@ class Run:
         assert self.process is not None
         self.process.send_signal(which)
 
-    def listen(self, lcm: LCM) -> None:
-        """Keeps poses with the time they came, and what STATUS says."""
-
-        def pose(_: str, data: bytes) -> None:
-            m = message("odometry_t").decode(data)
-            self.poses.append((time.monotonic(), m.utime, m.position))
-
-        def status(_: str, data: bytes) -> None:
-            m = message("status_t").decode(data)
-            self.said.update(m.reasons)
+    def said(self) -> set[str]:
+        """By STATUS: reasons, counted events, and a queue that was long."""
+        said: set[str] = set()
+        for m in self.heard.statuses:
             values = dict(zip(m.names, m.values, strict=True))
-            self.said.update(name for name in values if ": " in name)
+            said.update(m.reasons, (name for name in values if ": " in name))
             if values.get("queue.input.longest", 0.0) > LONG_QUEUE:
-                self.said.add(f"queue.input.longest above {LONG_QUEUE}")
-
-        lcm.subscribe("ODOMETRY", pose).set_queue_capacity(0)
-        lcm.subscribe("STATUS", status).set_queue_capacity(0)
+                said.add(f"queue.input.longest above {LONG_QUEUE}")
+        return said
 
 
 @dataclass(frozen=True)
@@ -182,15 +173,16 @@ def outcome(run: Run, fault: Fault, ended_at: float, clean: dict[int, Any]) -> d
     held = run.process.poll() is None
     run.process.terminate()
     log = run.stderr.read_text() if run.stderr.is_file() else ""
-    before = [p for p in run.poses if p[0] < ended_at - fault.seconds]
-    after = [p for p in run.poses if p[0] >= ended_at]
+    poses = run.heard.poses
+    before = [p for p in poses if p[0] < ended_at - fault.seconds]
+    after = [p for p in poses if p[0] >= ended_at]
     both = [p for p in (before[-1:] + after[:1]) if p[1] in clean]
-    steps = [b[1] - a[1] for a, b in zip(run.poses, run.poses[1:], strict=False)]
+    steps = [b[1] - a[1] for a, b in pairwise(poses)]
     jump = math.nan
     if len(both) == 2:
         ways = [math.dist(both[0][2], both[1][2]), math.dist(clean[both[0][1]], clean[both[1][1]])]
         jump = abs(ways[0] - ways[1])
-    told = [text for text in (*sorted(run.said), *log.splitlines()) if fault.told in text]
+    told = [text for text in (*sorted(run.said()), *log.splitlines()) if fault.told in text]
     return {
         "fault": fault.name,
         "held": held,
@@ -199,7 +191,7 @@ def outcome(run: Run, fault: Fault, ended_at: float, clean: dict[int, Any]) -> d
         "jump_m": jump,
         "told": (told[0][:100] if told else "") if fault.told else "-",
         "monotone": all(step > 0 for step in steps),
-        "poses": len(run.poses),
+        "poses": len(poses),
     }
 
 
@@ -216,8 +208,6 @@ def measure(
     (folder / "state").mkdir()
     fault.prepare(run)
     run.start()
-    lcm = LCM(URL + "&recv_buf_size=8388608")
-    run.listen(lcm)
     time.sleep(1.0)  # the daemon listens
     ended = [math.inf]
 
@@ -233,7 +223,7 @@ def measure(
     if fault.seconds:
         at[FAULT_AT * seconds + fault.seconds] = mend
     try:
-        play(events, lcm, at)
+        play(events, run.heard.lcm, at)
         return outcome(run, fault, ended[0], clean)
     finally:
         if run.process is not None and run.process.poll() is None:
