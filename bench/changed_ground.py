@@ -153,7 +153,7 @@ def summarise(
     right = [one for one in known if one.right]
     after = [one.located_after_m for one in right if one.located_after_m is not None]
     along = np.concatenate([one.along_m for one in right]) if right else np.zeros(0)
-    false = sum(one.located_after_m is not None and not one.right for one in known)
+    false = sum(one.located and not one.right for one in known)
     return {
         "change_percent": change,
         "matcher": matcher,
@@ -162,7 +162,7 @@ def summarise(
         "right_within_20_m": sum(metres <= WITHIN for metres in after),
         "false_on_known_ground": false,
         "strangers": len(strangers),
-        "false_on_strangers": sum(one.located_after_m is not None for one in strangers),
+        "false_on_strangers": sum(one.located for one in strangers),
         "located_after_m_median": float(np.median(after)) if after else None,
         "along_cm_rms": 100 * float(np.sqrt(np.mean(along**2))) if len(along) else None,
         "along_cm_median": 100 * float(np.median(np.abs(along))) if len(along) else None,

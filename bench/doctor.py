@@ -35,7 +35,8 @@ from program import exit_with, one_by_one, parser_of, print_figures, table_of
 ROUTES = ("eight", "stops", "loop")
 ROBOTS = ("", "cart", "rover")  # one wheel, then pairs
 BAND = (1.5e8, 9e8)  # Hz, the configuration's
-Change = Callable[[Log, np.random.RandomState], None]
+Change = Callable[..., None]  # of a log, by chance, and by what it is told
+Values = Callable[[np.ndarray, np.random.RandomState], np.ndarray]
 
 
 def route_of(seed: int) -> str:
@@ -83,21 +84,14 @@ def _of(log: Log, role: str) -> dict[str, Any]:
     return log["wheels"] if role == "wheel" and "wheels" in log else log[role]
 
 
-def _scaled(role: str, field: str, factor: float) -> Change:
-    def change(log: Log, _random: np.random.RandomState) -> None:
-        _of(log, role)[field] = _of(log, role)[field] * factor
-
-    return change
+def _scaled(log: Log, _: np.random.RandomState, role: str, field: str, factor: float) -> None:
+    _of(log, role)[field] = _of(log, role)[field] * factor
 
 
-def _turned(rows: list[list[float]]) -> Change:
+def _turned(log: Log, _: np.random.RandomState, *rows: list[float]) -> None:
     """The IMU's axes: its x, y, z in those of before."""
-
-    def change(log: Log, _random: np.random.RandomState) -> None:
-        for field in ("linear_acceleration", "angular_velocity"):
-            log["imu"][field] = log["imu"][field] @ np.array(rows).T
-
-    return change
+    for field in ("linear_acceleration", "angular_velocity"):
+        log["imu"][field] = log["imu"][field] @ np.array(rows).T
 
 
 def _without_gravity(log: Log, _random: np.random.RandomState) -> None:
@@ -105,15 +99,12 @@ def _without_gravity(log: Log, _random: np.random.RandomState) -> None:
     log["imu"]["linear_acceleration"] = force - force.mean(axis=0)
 
 
-def _ticks(change: Callable[[np.ndarray, np.random.RandomState], np.ndarray]) -> Change:
-    def changed(log: Log, random: np.random.RandomState) -> None:
-        wheel = _of(log, "wheel")
-        seed = int(random.randint(1 << 30))
-        for field in ("ticks", "left_ticks", "right_ticks"):
-            if field in wheel:
-                wheel[field] = change(wheel[field], np.random.RandomState(seed))
-
-    return changed
+def _ticks(log: Log, random: np.random.RandomState, change: Values) -> None:
+    wheel = _of(log, "wheel")
+    seed = int(random.randint(1 << 30))
+    for field in ("ticks", "left_ticks", "right_ticks"):
+        if field in wheel:
+            wheel[field] = change(wheel[field], np.random.RandomState(seed))
 
 
 def _anew(ticks: np.ndarray, random: np.random.RandomState) -> np.ndarray:
@@ -141,29 +132,20 @@ def _kept(content: dict[str, Any], which: np.ndarray) -> None:
             content[name] = [values[i] for i in which]
 
 
-def _gap(role: str, seconds: float) -> Change:
-    def change(log: Log, random: np.random.RandomState) -> None:
-        content = _of(log, role)
-        utime = content["utime"]
-        begin = utime[0] + random.uniform(0.3, 0.7) * (utime[-1] - utime[0])
-        _kept(content, np.flatnonzero((utime < begin) | (utime > begin + seconds * 1e6)))
-
-    return change
+def _gap(log: Log, random: np.random.RandomState, role: str, seconds: float) -> None:
+    content = _of(log, role)
+    utime = content["utime"]
+    begin = utime[0] + random.uniform(0.3, 0.7) * (utime[-1] - utime[0])
+    _kept(content, np.flatnonzero((utime < begin) | (utime > begin + seconds * 1e6)))
 
 
-def _rarely(role: str, every: int) -> Change:
-    def change(log: Log, _random: np.random.RandomState) -> None:
-        content = _of(log, role)
-        _kept(content, np.arange(0, len(content["utime"]), every))
-
-    return change
+def _rarely(log: Log, _: np.random.RandomState, role: str, every: int) -> None:
+    content = _of(log, role)
+    _kept(content, np.arange(0, len(content["utime"]), every))
 
 
-def _late(role: str, seconds: float) -> Change:
-    def change(log: Log, _random: np.random.RandomState) -> None:
-        log[role]["utime"] = log[role]["utime"] + round(seconds * 1e6)
-
-    return change
+def _late(log: Log, _: np.random.RandomState, role: str, seconds: float) -> None:
+    log[role]["utime"] = log[role]["utime"] + round(seconds * 1e6)
 
 
 def _disordered(log: Log, random: np.random.RandomState) -> None:
@@ -183,12 +165,8 @@ def _stuck(log: Log, random: np.random.RandomState) -> None:
         log["imu"][field][begin:end] = log["imu"][field][begin]
 
 
-def _traces(change: Callable[[np.ndarray, np.random.RandomState], np.ndarray]) -> Change:
-    def changed(log: Log, random: np.random.RandomState) -> None:
-        made = change(np.array(log["gpr_trace"]["samples"]), random)
-        log["gpr_trace"]["samples"] = made
-
-    return changed
+def _traces(log: Log, random: np.random.RandomState, change: Values) -> None:
+    log["gpr_trace"]["samples"] = change(np.array(log["gpr_trace"]["samples"]), random)
 
 
 def _saturated(traces: np.ndarray, _random: np.random.RandomState) -> np.ndarray:
@@ -223,9 +201,11 @@ def _by_distance(log: Log, _random: np.random.RandomState) -> None:
 
 @dataclass(frozen=True)
 class Damage:
-    """codes: of the doctor, any of which names it. shown: on which recordings it can be."""
+    """told: to the change. codes: of the doctor, any of which names it. shown: on which recordings
+    it can be."""
 
     change: Change
+    told: tuple[Any, ...]
     codes: tuple[str, ...]
     shown: Callable[[int], bool] = lambda seed: True
 
@@ -244,36 +224,36 @@ def _pair(seed: int) -> bool:
 
 DAMAGE: dict[str, Damage] = {
     "acceleration in g": Damage(
-        _scaled("imu", "linear_acceleration", 1 / 9.80665), ("acceleration",)
+        _scaled, ("imu", "linear_acceleration", 1 / 9.80665), ("acceleration",)
     ),
-    "gravity taken off": Damage(_without_gravity, ("acceleration",)),
+    "gravity taken off": Damage(_without_gravity, (), ("acceleration",)),
     "gyro in degrees": Damage(
-        _scaled("imu", "angular_velocity", 180 / np.pi), ("rate of turn",), _bends
+        _scaled, ("imu", "angular_velocity", 180 / np.pi), ("rate of turn",), _bends
     ),
-    "gyro's sign": Damage(_scaled("imu", "angular_velocity", -1), ("gyro sign", "sides"), _bends),
-    "IMU with z down": Damage(_turned([[1, 0, 0], [0, -1, 0], [0, 0, -1]]), ("axes",)),
-    "IMU on its side": Damage(_turned([[1, 0, 0], [0, 0, 1], [0, -1, 0]]), ("axes",)),
-    "IMU turned by 90 degrees": Damage(_turned([[0, -1, 0], [1, 0, 0], [0, 0, 1]]), ("axes",)),
-    "wheel backwards": Damage(_ticks(lambda ticks, _: -ticks), ("axes", "sides")),
-    "wheels swapped": Damage(_swapped, ("sides",), _pair),
-    "tick ten times too long": Damage(_scaled("wheel", "metres_per_tick", 10.0), ("tick size",)),
-    "tick ten times too short": Damage(_scaled("wheel", "metres_per_tick", 0.1), ("tick size",)),
-    "counter anew": Damage(_ticks(_anew), ("counter",)),
-    "counter of 16 bits": Damage(_ticks(_overflows), ("counter",)),
-    "IMU lost for 2 s": Damage(_gap("imu", 2.0), ("gap",)),
-    "wheel lost for 3 s": Damage(_gap("wheel", 3.0), ("gap",)),
-    "radar lost for 3 s": Damage(_gap("gpr_trace", 3.0), ("gap",)),
-    "wheel once a second": Damage(_rarely("wheel", 29), ("rate",)),
-    "IMU late by 0.3 s": Damage(_late("imu", 0.3), ("clock",), _stops),
-    "IMU of another clock": Damage(_late("imu", 1e6), ("clock",)),
-    "stamps of arrival": Damage(_disordered, ("order",)),
-    "IMU stuck": Damage(_stuck, ("stuck",)),
-    "traces saturated": Damage(_traces(_saturated), ("saturated",)),
-    "traces empty": Damage(_traces(_empty), ("empty",)),
-    "traces repeated": Damage(_traces(_frozen), ("frozen",)),
-    "traces by distance": Damage(_by_distance, ("trigger",)),
+    "gyro's sign": Damage(_scaled, ("imu", "angular_velocity", -1), ("gyro sign", "sides"), _bends),
+    "IMU with z down": Damage(_turned, ([1, 0, 0], [0, -1, 0], [0, 0, -1]), ("axes",)),
+    "IMU on its side": Damage(_turned, ([1, 0, 0], [0, 0, 1], [0, -1, 0]), ("axes",)),
+    "IMU turned by 90 degrees": Damage(_turned, ([0, -1, 0], [1, 0, 0], [0, 0, 1]), ("axes",)),
+    "wheel backwards": Damage(_ticks, (lambda ticks, _: -ticks,), ("axes", "sides")),
+    "wheels swapped": Damage(_swapped, (), ("sides",), _pair),
+    "tick ten times too long": Damage(_scaled, ("wheel", "metres_per_tick", 10.0), ("tick size",)),
+    "tick ten times too short": Damage(_scaled, ("wheel", "metres_per_tick", 0.1), ("tick size",)),
+    "counter anew": Damage(_ticks, (_anew,), ("counter",)),
+    "counter of 16 bits": Damage(_ticks, (_overflows,), ("counter",)),
+    "IMU lost for 2 s": Damage(_gap, ("imu", 2.0), ("gap",)),
+    "wheel lost for 3 s": Damage(_gap, ("wheel", 3.0), ("gap",)),
+    "radar lost for 3 s": Damage(_gap, ("gpr_trace", 3.0), ("gap",)),
+    "wheel once a second": Damage(_rarely, ("wheel", 29), ("rate",)),
+    "IMU late by 0.3 s": Damage(_late, ("imu", 0.3), ("clock",), _stops),
+    "IMU of another clock": Damage(_late, ("imu", 1e6), ("clock",)),
+    "stamps of arrival": Damage(_disordered, (), ("order",)),
+    "IMU stuck": Damage(_stuck, (), ("stuck",)),
+    "traces saturated": Damage(_traces, (_saturated,), ("saturated",)),
+    "traces empty": Damage(_traces, (_empty,), ("empty",)),
+    "traces repeated": Damage(_traces, (_frozen,), ("frozen",)),
+    "traces by distance": Damage(_by_distance, (), ("trigger",)),
     "sample interval in tenths": Damage(
-        _scaled("gpr_trace", "sample_interval", 0.1), ("sample interval",)
+        _scaled, ("gpr_trace", "sample_interval", 0.1), ("sample interval",)
     ),
 }
 
@@ -288,7 +268,7 @@ def damaged(log: Log, name: str, seed: int) -> Log:
     copy = {role: dict(content) for role, content in log.items()}
     for content in copy.values():
         content.update({k: v.copy() for k, v in content.items() if isinstance(v, np.ndarray)})
-    DAMAGE[name].change(copy, stream(seed, name))
+    DAMAGE[name].change(copy, stream(seed, name), *DAMAGE[name].told)
     return copy
 
 

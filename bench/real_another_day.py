@@ -21,8 +21,8 @@ Robot, IMU and wheel are simulated, the ground is real (data/README.md of the sh
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass, replace
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +30,6 @@ import numpy as np
 
 import gprodom
 from gprodom.arrays import Floats
-from gprodom.console import Progress
 from gprodom.files import temporary_folder
 from gprodom.ground.survey import to_counts
 from gprodom.simulate import Simulated, Spec, simulate, stream
@@ -38,7 +37,7 @@ from gprodom.simulate import radar as radar_of
 from gprodom.simulate.drive import Bend, DriveSpec, Move, Stop, Track
 from gprodom.simulate.radar import RadarSpec
 from gprodom.simulate.recording import as_recording
-from program import exit_with, parser_of, print_rows
+from program import exit_with, one_by_one, parser_of, print_rows
 from relocation import Visit, visited
 
 TOLD_SIGMA = 0.5  # m
@@ -159,21 +158,24 @@ def visit(line: Line, back: bool, seed: int, known: Known, told: bool = False) -
     return visited(run, outputs, off, off[:, 0])
 
 
-def summarise(name: str, found: list[Visit], known: bool, less_mean: bool) -> dict[str, Any]:
-    """The figures of one kind of drive."""
+def summarise(name: str, found: list[Visit]) -> dict[str, Any]:
+    """The figures of one kind of drive: of strangers none is right; lines of the beach do not begin
+    at the same place."""
+    known = "strangers" not in name
     right = [one for one in found if one.right]
+    less_mean = "beach" in name
     off = [np.array(one.along_m) - less_mean * np.mean(one.along_m) for one in right if one.along_m]
-    located = [one for one in found if one.located_after_m is not None]
+    after = [one.located_after_m for one in right if one.located_after_m is not None]
+    located = sum(one.located for one in found)
     return {
         "drives": name,
         "number": len(found),
-        "located": len(located),
+        "located": located,
         "right": len(right) if known else None,
-        "false": len(located) - (len(right) if known else 0),
-        "located_after_m": float(np.median([one.located_after_m for one in right]))
-        if right else None,
+        "false": located - (len(right) if known else 0),
+        "located_after_m": float(np.median(after)) if after else None,
         "along_cm_rms": 100 * float(np.sqrt(np.mean(np.concatenate(off) ** 2))) if off else None,
-    }  # fmt: skip
+    }
 
 
 def main() -> None:
@@ -195,34 +197,24 @@ def main() -> None:
         for i in range(args.strangers)
     ]
     strangers = [(a, b if abs(a - b) >= NEAREST else (a + NEAREST) % 46) for a, b in strangers]
-    of_beach: dict[tuple[float, bool], list[Visit]] = {
-        (percent, told): [] for percent in args.change for told in (False, True)
-    }
-    of_field, of_strangers = [], []
-    total = len(beach) - 1 + len(return_to) + len(strangers)
-    with temporary_folder() as folder, Progress("drives", total) as progress:
+    found: dict[str, list[Visit]] = {}
+    with temporary_folder() as folder:
         where = folder / "line.map"
-        for number, (line, beside) in enumerate(itertools.pairwise(beach)):
+        for number, (line, beside) in one_by_one("beach", list(enumerate(pairwise(beach)))):
             known = save_map(line, number, where)
-            for (percent, told), found in of_beach.items():
+            for percent, told in product(args.change, (False, True)):
+                name = f"beach, 20 cm aside, {percent:+g} %" + (", told" if told else "")
                 again = another_day(beside, percent)
-                found.append(visit(again, False, 100 + number, known, told))
-            progress.advance()
-        for number, line in enumerate(return_to):
-            known = save_map(line, 200 + number, where)
-            of_field.append(visit(line, True, 300 + number, known))
-            progress.advance()
-        for number, (mapped, other) in enumerate(strangers):
-            known = save_map(field[mapped], 400 + number, where)
-            of_strangers.append(visit(field[other], bool(number % 2), 600 + number, known))
-            progress.advance()
-    figures = []
-    for (percent, told), found in of_beach.items():
-        name = f"beach, 20 cm aside, {percent:+g} %" + (", told" if told else "")
-        figures.append(summarise(name, found, True, True))
-    figures.append(summarise("field, there and back", of_field, True, False))
-    figures.append(summarise("field, strangers", of_strangers, False, False))
-    print_rows(args, figures)
+                found.setdefault(name, []).append(visit(again, False, 100 + number, known, told))
+        found["field, there and back"] = [
+            visit(line, True, 300 + number, save_map(line, 200 + number, where))
+            for number, line in one_by_one("field", list(enumerate(return_to)))
+        ]
+        found["field, strangers"] = [
+            visit(field[b], bool(number % 2), 600 + number, save_map(field[a], 400 + number, where))
+            for number, (a, b) in one_by_one("strangers", list(enumerate(strangers)))
+        ]
+    print_rows(args, [summarise(name, each) for name, each in found.items()])
 
 
 if __name__ == "__main__":

@@ -48,25 +48,31 @@ OTHERS = 1_000_000  # seeds of other ground begin here
 
 
 @dataclass(frozen=True)
-class Relocation:
-    """Of one run."""
+class Visit:
+    """Of a drive with the map of another day."""
 
-    seed: int
-    route: str
-    driven_m: float  # in the second half
-    located_first: bool  # in the first half, falsely
-    located_after_m: float | None  # in the second
+    located_after_m: float | None
     end_m: float  # error of the pose in map at the end; of no meaning where not located
+    along_m: list[float]  # errors along the track while located, one a second
 
     @property
     def located(self) -> bool:
-        """In the second half, rightly or not."""
+        """Rightly or not."""
         return self.located_after_m is not None
 
     @property
     def right(self) -> bool:
         """Located, and the pose in map is near the truth at the end."""
         return self.located and self.end_m < RIGHT
+
+
+@dataclass(frozen=True)
+class Relocation(Visit):
+    """Of the second half of a run; errors along the track are not told."""
+
+    seed: int
+    driven_m: float
+    located_first: bool  # in the first half, falsely
 
 
 def simulated(seed: int) -> Simulated:
@@ -92,20 +98,6 @@ def located_at(outputs: Any) -> int | None:
 def travelled(run: Simulated, time: int) -> float:
     """Metres until a time (ns)."""
     return float(np.interp(time // 1000, run.truth_utime, run.truth.travelled))
-
-
-@dataclass(frozen=True)
-class Visit:
-    """Of one drive with the map of another day."""
-
-    located_after_m: float | None
-    end_m: float  # error of the pose in map at the end; of no meaning where not located
-    along_m: list[float]  # errors along the track while located, one a second
-
-    @property
-    def right(self) -> bool:
-        """Located, and the pose in map is near the truth at the end."""
-        return self.located_after_m is not None and self.end_m < RIGHT
 
 
 def visited(run: Simulated, outputs: Any, off: Floats, along: Floats) -> Visit:
@@ -135,12 +127,12 @@ def relocate(seed: int, others: Path, overrides: list[str]) -> Relocation:
     [truth] = run.position_from(first.odometry["time"][0] // 1000, pose["time"][-1:] // 1000)
     before, at = travelled(run, reset * 1000), located_at(second)
     return Relocation(
-        seed=seed,
-        route=ROUTES[seed % 4],
-        driven_m=run.truth.travelled[-1] - before,
-        located_first=located_at(first) is not None,
-        located_after_m=None if at is None else travelled(run, at) - before,
-        end_m=float(np.linalg.norm(pose["position"][-1, :2] - truth)),
+        None if at is None else travelled(run, at) - before,
+        float(np.linalg.norm(pose["position"][-1, :2] - truth)),
+        [],
+        seed,
+        run.truth.travelled[-1] - before,
+        located_at(first) is not None,
     )
 
 

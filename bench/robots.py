@@ -7,8 +7,8 @@ each truth) or some of them; any others have a description file beside them, of 
 told there. The Warthog is run with the mean of its wheels, and with left and right (skid steer).
 Each is converted, its IMU's mounting is found (gprodom calibrate mount), and `wheel` and
 `imu_wheel` are run. Errors are of the truth's points from the start of imu_wheel on, for both the
-same: those at which both tell a pose, so none in a gap of either. They are aligned by se2; in
-brackets that of `wheel` over all points. `over`: (error + 15 mm) over that of `wheel`, which a few
+same: those at which both tell a pose, so none in a gap of either. They are aligned by se2.
+`wheel_all_m`: of `wheel` over all points. `over`: (error + 15 mm) over that of `wheel`, which a few
 millimetres do not decide.
 
     bench/robots.py DIR [--only NAME]... [--set KEY=VALUE]... [--json]
@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from statistics import fmean, geometric_mean
 from typing import Any
 
 import numpy as np
@@ -25,7 +26,6 @@ import numpy as np
 from estimates import mount_in, mounting_setting, planar_figures, run_method
 from gprodom.calibrate.mount import Mount
 from gprodom.config import STANDARD
-from gprodom.console import format_table
 from gprodom.errors import Error
 from gprodom.files import temporary_folder
 from gprodom.lcm import logs
@@ -34,7 +34,7 @@ from gprodom.score.associate import covered
 from gprodom.score.figures import Figures
 from gprodom.score.sources import read_truth
 from gprodom.trajectory import Trajectory, path_length
-from program import exit_with, parser_of, print_figures
+from program import exit_with, parser_of, print_figures, table_of
 from recordings import Recording, chosen, convert
 
 JUMP = "odom.largest_jump_m"  # in STATUS
@@ -121,25 +121,16 @@ def distances(wheel: Trajectory, odometry: logs.Channel, truth: Trajectory) -> d
 
 def table(results: dict[str, dict[str, Any]]) -> str:
     """For people."""
-    lines: list[list[object]] = []
-    for name, r in results.items():
-        if "error" in r:
-            lines.append([name, "none", *[""] * 8])
-            continue
-        end = [r["start_s"], f"{r['scale']:.4f} +- {r['scale_sigma']:.4f}"]
-        if "ratio" in r:
-            wheel = f"{r['wheel_m']:.3f} ({r['wheel_all_m']:.3f})"
-            figures = [r[key] for key in ("causal_m", "smoothed_m", "ratio", "over")]
-            lines.append([name, wheel, *figures, r["smoothed_over"], r["nees_xy"], *end])
-        else:
-            wheel = f"{r['wheel_distance_m']:.1f} of {r['distance_m']:.1f}"
-            lines.append([name, wheel, r["causal_distance_m"], *[""] * 5, *end])
-    header = ["recording", "wheel (m)", "imu_wheel", "smoothed", "ratio", "over", "smoothed over"]
-    text = format_table([*header, "nees", "start (s)", "scale"], lines)
     scored = [r for r in results.values() if "ratio" in r]
+    rows = [
+        {"recording": name}
+        | {k: v for k, v in r.items() if k not in ("settings", "reasons", "error")}
+        for name, r in results.items()
+    ]
+    text = table_of(rows)
     if scored:
-        ratio = np.mean([r["ratio"] for r in scored])
-        mean = np.exp(np.mean(np.log([r["over"] for r in scored])))
+        ratio = fmean(r["ratio"] for r in scored)
+        mean = geometric_mean(r["over"] for r in scored)
         text += f"\nmean ratio {ratio:.3f}, geometric mean of over {mean:.3f}"
     for name, r in results.items():
         text += f"\n{name}: {r.get('error') or ' '.join(r['settings'])}"

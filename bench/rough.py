@@ -3,10 +3,10 @@
 
 Each SEQUENCE (a zip or folder; a folder with zips stands for them) has truth, and may have `.json`
 (gpr_sample_interval) beside it; nothing else of it is read. So a folder of drives that nobody has
-seen is enough. A row a drive: position RMSE aligned in
-the plane, m, of dead reckoning and of each method, causal (c) and smoothed (s), and NEES of x, y of
-`gprodom_full` in odom and in map. Below, the mean error over the mean of dead reckoning, and in
-brackets the mean of the drives' ratios.
+seen is enough. A row a drive and method: position RMSE aligned in the plane, m, of dead reckoning
+and of the method, causal and smoothed, and NEES of x, y in odom and in map. Below, of each method,
+the mean error over the mean of dead reckoning, and in brackets the mean of the drives' ratios; and
+NEES, mean and largest.
 
     bench/rough.py ../shared/data/rough [-j 2] [--json]
     bench/rough.py ../shared/data/cmu_like ../shared/data/pairs
@@ -15,23 +15,23 @@ brackets the mean of the drives' ratios.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 from statistics import fmean
 
 from estimates import planar_figures, run_method
-from gprodom.console import format_table
 from gprodom.errors import Error
 from gprodom.files import temporary_folder
 from gprodom.odometry.estimate import as_log
 from gprodom.score.sources import read_estimate, read_truth
-from program import complain, exit_with, in_processes, parser_of, print_figures
+from program import complain, exit_with, in_processes, parser_of, print_figures, table_of
 from zips import sample_interval, sequences_of
 
 ALL = "gprodom_full"
 METHODS = ("imu_wheel", "gprodom", ALL)
+FRAMES = ("odom", "map")
 
 
 @dataclass(frozen=True)
@@ -91,36 +91,25 @@ def ratio(rows: Sequence[Row], figure: str) -> str:
     return f"{of_means:.2f} ({of_each:.2f})"
 
 
-def nees(values: Sequence[float | None]) -> str:
+def nees(values: Iterable[float | None]) -> str:
     """Mean, and the largest."""
     known = [value for value in values if value is not None]
     return f"{fmean(known):.1f} ({max(known):.1f})" if known else ""
 
 
 def table(rows: Sequence[Row], names: Sequence[str]) -> str:
-    """All drives, a column pair a method, and the ratios below."""
-    header = ["drive", "dead"] + [f"{name} {mode}" for name in names for mode in "cs"]
-    header += [f"NEES {names[-1]} odom", "map"]
-    lines = []
-    for sequence in dict.fromkeys(row.sequence for row in rows):
-        of = {row.method: row for row in rows if row.sequence == sequence}
-        last = of[names[-1]]
-        lines.append(
-            ["-".join(sequence.split("-")[0:3:2]), f"{last.dead_m:.3f}"]
-            + [f"{v:.3f}" for name in names for v in (of[name].causal_m, of[name].smoothed_m)]
-            + [f"{v:.1f}" if v is not None else "" for v in (last.nees_odom, last.nees_map)]
-        )
-    by_name = [[row for row in rows if row.method == name] for name in names]
-    last_rows = by_name[-1]
-    errors = [(of, figure) for of in by_name for figure in ("causal_m", "smoothed_m")]
-    means = [f"{fmean(getattr(row, figure) for row in of):.3f}" for of, figure in errors]
-    lines.append(["mean", f"{fmean(row.dead_m for row in last_rows):.3f}", *means, "", ""])
-    lines.append(
-        ["over dead", "1"]
-        + [ratio(of, figure) for of, figure in errors]
-        + [nees([r.nees_odom for r in last_rows]), nees([r.nees_map for r in last_rows])]
-    )
-    return format_table(header, lines)
+    """All rows, and the ratios of each method."""
+    of = {name: [row for row in rows if row.method == name] for name in names}
+    ratios = [
+        {
+            "over dead": name,
+            "causal": ratio(some, "causal_m"),
+            "smoothed": ratio(some, "smoothed_m"),
+        }
+        | {f"NEES {frame}": nees(getattr(r, f"nees_{frame}") for r in some) for frame in FRAMES}
+        for name, some in of.items()
+    ]
+    return f"{table_of([asdict(row) for row in rows])}\n\n{table_of(ratios)}"
 
 
 def measured(

@@ -41,6 +41,10 @@ class Figures:
         found = self.all(bench, (f"{row}/{key}" for row in rows))
         return fmean(found) if found else None
 
+    def total(self, bench: str, rows: Iterable[str], key: str) -> float:
+        """Of a key over rows."""
+        return sum(self.all(bench, (f"{row}/{key}" for row in rows)))
+
     def greatest(self, bench: str, rows: Iterable[str], key: str) -> float | None:
         """Of a key over rows."""
         return max(self.all(bench, (f"{row}/{key}" for row in rows)), default=None)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 
 from layout import Figures, Row, metres, plain, table, whole
 
@@ -80,7 +81,7 @@ def standing(f: Figures) -> Iterator[Row]:
     drives = f.parts("motion")
     if not drives:
         return
-    slips = [sum(f.all("motion", (f"{d}/{key}" for d in drives))) for key in ("prompt", "episodes")]
+    slips = [f.total("motion", drives, key) for key in ("prompt", "episodes")]
     what = "sudden slips flagged within 0.5 s"
     yield from told(what, "motion", "{:.0f} of {:.0f}", *slips)
     keys = ("standing_recall", "standing_false")
@@ -108,9 +109,7 @@ def covariance(f: Figures) -> Iterator[Row]:
 def revisits(f: Figures) -> Iterator[Row]:
     """Of the gentle drives."""
     rows = [f"{d}/free/gprodom_full" for d in f.parts("revisits")]
-    wrong, found = (
-        sum(f.all("revisits", (f"{row}/{key}" for row in rows))) for key in ("wrong", "revisits")
-    )
+    wrong, found = (f.total("revisits", rows, key) for key in ("wrong", "revisits"))
     most = f.greatest("revisits", rows, "rms_cm")
     what = "wrong revisits of the gentle drives; RMS of a drive's others at most"
     yield from told(what, "revisits", "{:.0f} of {:.0f}; {:.1f} cm", wrong, found, most)
@@ -218,7 +217,7 @@ def again_and_again(f: Figures) -> Iterator[Row]:
     if not pieces:
         return
     ratios = [f"pieces/{what}_last_over_second" for what in ("cost", "memory", "map")]
-    rounds = sum(f.all("yard", (f"{piece}/rounds" for piece in pieces)))
+    rounds = f.total("yard", pieces, "rounds")
     nees = f.all("yard", (f"{piece}/nees_xy" for piece in pieces))
     keys = (f"{pieces[-1]}/rmse_in_map_m", "one/1/nees_xy", "one/2/nees_xy")
     what = f"a yard of 400 m, {rounds:.0f} rounds in {len(pieces)} runs, each in the map of the "
@@ -236,7 +235,7 @@ def lasting_slip(f: Figures) -> Iterator[Row]:
     for i, kind in enumerate(LASTING):
         some = [name for name in names if int(name.split("-")[0]) % len(LASTING) == i]
         live, after, dead = (
-            sum(f.all("slip_kinds", (f"{way}/{name}/ate_rmse_m" for name in some)))
+            f.total("slip_kinds", [f"{way}/{name}" for name in some], "ate_rmse_m")
             for way in ("gprodom_full/causal", "gprodom_full/smoothed", "wheel/causal")
         )
         if dead:
@@ -258,7 +257,7 @@ def sensor_faults(f: Figures) -> Iterator[Row]:
     dearest = [f"{name} {plain(known[name])}" for name in worst]
     what = "faults of sensors that cost less than 10 % of the error; dearest, over the clean run"
     yield from listed(what, "faults", [f"{below} of {len(known)}", *dearest])
-    wrong = sum(f.all("faults", (f"{row}/wrong" for each in rows.values() for row in each)))
+    wrong = sum(f.total("faults", each, "wrong") for each in rows.values())
     what = "poses of them not finite or back in time, ends, faults of which `STATUS` is silent"
     yield from told(what, "faults", "{:.0f}", wrong)
 
@@ -266,15 +265,13 @@ def sensor_faults(f: Figures) -> Iterator[Row]:
 def pair_faults(f: Figures) -> Iterator[Row]:
     """Two antennas over ground that repeats itself, and with faults."""
 
-    def total(key: str, *rows: str) -> float:
-        return sum(f.all("pair_faults", (f"{row}/{key}" for row in rows)))
-
-    if total("passages", "rebar/none/gprodom"):
+    total = partial(f.total, "pair_faults")
+    if total(["rebar/none/gprodom"], "passages"):
         found = []
         for kind in ("pitch", "half", "third"):
             rows, free = ([f"rebar/{k}/{m}" for m in PAIR_METHODS] for k in (kind, "none"))
-            share = total("passages", *rows) / max(1.0, total("passages", *free))
-            found.append(f"{kind}: {total('wrong', *rows):.0f}, {100 * share:.0f} %")
+            share = total(rows, "passages") / max(1.0, total(free, "passages"))
+            found.append(f"{kind}: {total(rows, 'wrong'):.0f}, {100 * share:.0f} %")
         what = "rebar at the antennas' distance, half, a third: wrong passages; answers over those"
         yield from listed(f"{what} without rebar", "pair_faults", found)
     fails = [f"{drive}/front fails" for drive in f.parts("pairs")]
@@ -287,8 +284,8 @@ def pair_faults(f: Figures) -> Iterator[Row]:
             fault: [f"{ground}/{fault}/gprodom" for ground in grounds]
             for fault in ("none", "swapped", "silent", "time zero")
         }
-        passages = [f"{fault}: {total('passages', *rows):.0f}" for fault, rows in each.items()]
-        wrong = total("wrong", *(row for rows in each.values() for row in rows))
+        passages = [f"{fault}: {total(rows, 'passages'):.0f}" for fault, rows in each.items()]
+        wrong = sum(total(rows, "wrong") for rows in each.values())
         back = f.greatest("pair_faults", each["silent"], "back_after_s")
         what = "pair with faults: passages; wrong ones; used again after a silence of 10 s"
         answers = [*passages, f"{wrong:.0f}", f"{plain(back, 1)} s"]
