@@ -31,10 +31,9 @@ from typing import Any
 import numpy as np
 
 from gprodom.benchmark.monte_carlo import End, end_of_drive, judge
-from gprodom.console import format_table
 from gprodom.simulate.robot import KINDS
 from gprodom.simulate.surface import SURFACES
-from program import add_seeds, exit_with, in_processes, parser_of, print_figures, seeds_of
+from program import add_seeds, exit_with, in_processes, parser_of, print_figures, seeds_of, table_of
 
 NEES = ("nees_xy", "nees_yaw")
 ERRORS = ("rmse_m", "reckoned_m")
@@ -64,18 +63,13 @@ def summarise(ends: list[End]) -> dict[str, Any]:
 
 def table(summaries: dict[str, dict[str, Any]]) -> str:
     """For people: a row each."""
-    heads = ["drives", "NEES x,y", "99 % band", "NEES yaw", "99 % band", "error (m)"]
-    heads += ["dead reckoning", "ratio", "at the end: error (mm, mrad)", "sigma"]
     rows = []
     for name, summary in summaries.items():
-        row = [f"{name} ({summary['runs']})"]
-        for nees in (summary["nees_xy"], summary["nees_yaw"]):
-            row += [f"{nees['mean']:.2f}", f"{nees['low']:.2f} to {nees['high']:.2f}"]
-        row += [f"{summary[key]:.3f}" for key in (*ERRORS, "over_reckoned")]
-        for key in ("rms_error", "rms_sigma"):
-            row.append(", ".join(f"{1e3 * each:.1f}" for each in summary[key]))
-        rows.append(row)
-    return format_table(heads, rows)
+        row = {"drives": f"{name} ({summary['runs']})"}
+        for nees in NEES:
+            row |= {f"{nees} {key}": summary[nees][key] for key in ("mean", "low", "high")}
+        rows.append(row | {key: summary[key] for key in (*ERRORS, "over_reckoned")})
+    return table_of(rows)
 
 
 def main() -> int:

@@ -38,7 +38,7 @@ from gprodom.options import add_config_option
 from log_events import read_events
 from own_network import GROUP, PORT, URL, Heard, in_time, parse_inside, start_daemon
 from processes import memory_mb
-from program import complain, exit_with, list_of, parser_of, print_figures
+from program import exit_with, list_of, parser_of, print_figures, told_wrong
 from zips import log_of
 
 VARIANTS = 4000  # different packets, sent again and again
@@ -303,9 +303,7 @@ def main() -> int:
     wrong = verdict(figures, args.max_growth)
     shown = {**figures, "reasons": "", **figures["reasons"]}
     print_figures(args, {**figures, "wrong": wrong}, list_of(shown))
-    for line in wrong:
-        complain(line)
-    return 1 if wrong else 0
+    return told_wrong(wrong)
 
 
 if __name__ == "__main__":

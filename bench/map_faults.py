@@ -41,7 +41,7 @@ from gprodom.random_streams import stream
 from gprodom.simulate.recording import as_recording
 from gprodom.simulate.routes import make_route
 from gprodom.simulate.sequence import Spec, simulate
-from program import complain, exit_with, parser_of, print_figures, table_of
+from program import exit_with, parser_of, print_figures, table_of
 
 CHECKOUT = Path(__file__).resolve().parents[1]
 DRIVE_M = 14.0
@@ -199,29 +199,14 @@ def measure(name: str, ground: Ground, moments: int, seed: int) -> dict[str, Any
     return {"fault": name, "moments": moments, "kept": moments - len(faults), "lost": faults}
 
 
-def tell(found: list[dict[str, Any]], args: argparse.Namespace) -> int:
-    """Prints what measure() has found; the exit code."""
-    rows = [{key: each[key] for key in ("fault", "moments", "kept")} for each in found]
-    print_figures(args, {"faults": found}, table_of(rows))
-    for each in found:
-        for line in each["lost"]:
-            complain(f"{each['fault']}: {line}")
-    return 1 if any(each["lost"] for each in found) else 0
-
-
-def parse() -> argparse.Namespace:
-    """The command line."""
+def main() -> int:
+    """Runs the command line."""
     parser = parser_of(__doc__)
     parser.add_argument("--moments", type=int, default=200, metavar="N", help="default: 200")
     parser.add_argument("--only", nargs="+", choices=FAULTS, default=list(FAULTS), metavar="FAULT")
     parser.add_argument("--seed", type=int, default=1, help="of the moments (default: 1)")
     parser.add_argument("--drive", nargs="+", metavar="ARG", help=argparse.SUPPRESS)
-    return parser.parse_args()
-
-
-def main() -> int:
-    """Runs the command line."""
-    args = parse()
+    args = parser.parse_args()
     if args.drive:
         messages, state, *edges = args.drive
         drive(Path(messages), Path(state), [int(edge) for edge in edges])
@@ -231,7 +216,8 @@ def main() -> int:
     with temporary_folder() as folder:
         ground = prepared(folder)
         found = [measure(name, ground, args.moments, args.seed) for name in args.only]
-    return tell(found, args)
+    print_figures(args, {"faults": found}, table_of(found))
+    return 1 if any(each["lost"] for each in found) else 0
 
 
 if __name__ == "__main__":

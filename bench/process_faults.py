@@ -36,7 +36,7 @@ from gprodom.options import add_config_option
 from hostile_packets import CHANNELS
 from log_events import Message, read_events
 from own_network import URL, Heard, in_time, parse_inside, start_daemon
-from program import complain, exit_with, parser_of, print_figures, table_of
+from program import exit_with, parser_of, print_figures, table_of, told_wrong
 from zips import log_of
 
 FAULT_AT = 0.6  # of the time played
@@ -272,9 +272,7 @@ def main() -> int:
             results.append(by_itself(fault, log, args))
             wrong += verdict(results[-1])
     print_figures(args, {"runs": results, "wrong": wrong}, table_of(results))
-    for line in wrong:
-        complain(line)
-    return 1 if wrong else 0
+    return told_wrong(wrong)
 
 
 if __name__ == "__main__":

@@ -111,6 +111,13 @@ def complain(error: object) -> None:
     print(f"{Path(sys.argv[0]).stem}: error: {error}", file=sys.stderr)
 
 
+def told_wrong(wrong: Sequence[object]) -> int:
+    """Tells what is wrong, a line each; the exit code."""
+    for each in wrong:
+        complain(each)
+    return 1 if wrong else 0
+
+
 def exit_with(main: Callable[[], int | None], failed: int = 1) -> NoReturn:
     """With what `main` returns, or 0; an `Error` becomes a line, and the code `failed`."""
     try:

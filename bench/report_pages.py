@@ -30,7 +30,7 @@ from zips import log_of
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "test" / "python"))
 import browser
 
-from program import command, exit_with, parser_of, print_figures, table_of
+from program import command, exit_with, parser_of, print_figures, table_of, told_wrong
 
 WIDTHS = (360, 768, 1920)
 LEAST_CONTRAST, MOST_SHEETS = 4.5, 4
@@ -123,9 +123,7 @@ def main() -> int:
             found[name], told = judge(page, folder)
             wrong += [f"{name}: {each}" for each in told]
     print_figures(args, found, table_of([{"drive": name, **row} for name, row in found.items()]))
-    for each in wrong:
-        print(f"report_pages: {each}", file=sys.stderr)
-    return 1 if wrong else 0
+    return told_wrong(wrong)
 
 
 if __name__ == "__main__":

@@ -210,15 +210,13 @@ void write_json(const Options& options, const std::vector<Day>& days, std::ostre
     const double compared = std::max(1, day.compared);
     out << (i > 0 ? ",\n" : "\n") << "  {\"day\": " << i + 1 << ", \"seconds\": " << day.seconds
         << ", \"rounds\": " << day.rounds << ", \"cpu_ms_per_s\": " << day.cpu_ms()
-        << ", \"yardstick_us\": " << 1e6 * day.yardstick_s
         << ", \"yardsticks_per_s\": " << day.in_yardsticks()
         << ", \"resident_mb\": " << day.resident_mb << ", \"map_mb\": " << day.map_mb
         << ", \"nees_xy\": " << day.nees_xy / compared
         << ", \"nees_yaw\": " << day.nees_yaw / compared
         << ", \"rmse_m\": " << std::sqrt(day.square_m2 / compared)
         << ", \"rmse_in_map_m\": " << std::sqrt(day.square_in_map_m2 / compared)
-        << ", \"compared\": " << day.compared << ", \"revisits\": " << day.revisits
-        << ", \"restarts\": " << day.restarts << '}';
+        << ", \"revisits\": " << day.revisits << ", \"restarts\": " << day.restarts << '}';
   }
   out << "\n]";
   if (days.size() >= 2) {

@@ -8,10 +8,11 @@ length of sources and the Python package.
 """
 
 import re
-import subprocess
 import sys
 from collections import Counter
 from pathlib import Path
+
+from check_rooms import tracked_sources
 
 CHECKOUT = Path(__file__).resolve().parent.parent
 SOURCES = CHECKOUT / "src"
@@ -131,10 +132,8 @@ def rooms_of_page() -> list[str]:
 
 def main() -> int:
     """Every source under src/ and include/, as git knows them."""
-    listed = ["git", "ls-files", "--cached", "--others", "--exclude-standard", "src", "include"]
-    names = subprocess.run(listed, cwd=CHECKOUT, check=True, capture_output=True, text=True).stdout
-    sources = [CHECKOUT / name for name in names.split() if name.endswith((".cpp", ".h"))]
-    sources = [source for source in sources if source.exists()]
+    below = ("src", "include")
+    sources = [each for each in tracked_sources() if each.relative_to(CHECKOUT).parts[0] in below]
     faults = [fault for source in sources for fault in faults_of(source)]
     counts = Counter(source.parent for source in sources if source.suffix == ".cpp")
     faults += [

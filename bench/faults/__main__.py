@@ -29,7 +29,7 @@ from outcome import replayed
 
 from gprodom.files import temporary_folder
 from gprodom.options import add_config_option
-from program import complain, exit_with, in_processes, parser_of, print_figures, table_of
+from program import exit_with, in_processes, parser_of, print_figures, table_of, told_wrong
 from zips import log_of
 
 Outcome = dict[str, Any]
@@ -95,9 +95,7 @@ def main() -> int:
         rows.append(row)
         wrong += faulty
     print_figures(args, rows, table_of(rows))
-    for line in wrong:
-        complain(line)
-    return 1 if wrong else 0
+    return told_wrong(wrong)
 
 
 def is_wanted(name: str, only: Sequence[str] | None) -> bool:
