@@ -11,29 +11,10 @@ from __future__ import annotations
 from functools import partial
 from pathlib import Path
 
+import jobs
 import readers
 from anchoring import anchors
 from job import Bench, Job
-from jobs import (
-    FAULTS,
-    PAGES,
-    SLIP_KINDS,
-    drives,
-    of_anchors,
-    of_commission,
-    of_grounds,
-    of_pair_faults,
-    of_ros2,
-    of_salient,
-    of_scenes,
-    of_triggers,
-    recordings,
-    sample,
-    sequence,
-    simulated,
-    with_points,
-    with_sequences,
-)
 
 from figures import by_name, by_row, one_row
 
@@ -54,7 +35,7 @@ def benches(data: Path) -> tuple[Bench, ...]:
             "anchors",
             "Positions from outside: what they give, and faults of their receivers",
             anchors,
-            of_anchors(),
+            jobs.of_anchors(),
             "anchors",
         ),
         *of_simulation(),
@@ -64,26 +45,26 @@ def benches(data: Path) -> tuple[Bench, ...]:
 
 def of_drives(data: Path) -> tuple[Bench, ...]:
     """Errors of the estimate."""
-    twelve, rough = drives(data, "cmu_like", (9,)), drives(data, "rough", (7,))
-    robots = recordings((), ("phil1", "phil8", "f1tenth1", "warthog_a", "wid09"))
+    twelve, rough = jobs.drives(data, "cmu_like", (9,)), jobs.drives(data, "rough", (7,))
+    robots = jobs.recordings((), ("phil1", "phil8", "f1tenth1", "warthog_a", "wid09"))
     variations = by_row(lambda row: f"{row['recording']}/{row['variation']}", readers.ROBOT)
     return (
         Bench("twelve", "Gentle drives", readers.DRIVE, twelve, "rough.py"),
         Bench("rough", "Rough drives", readers.DRIVE, rough),
         Bench("robots", "Recordings of real robots", by_name(readers.ROBOT), robots),
-        Bench("sample", "The sample drive", readers.DRIVE, sample(), "rough.py"),
+        Bench("sample", "The sample drive", readers.DRIVE, jobs.sample(), "rough.py"),
         Bench(
             "variations",
             "Variations of these recordings",
             variations,
-            recordings(("-j1",), ()),
+            jobs.recordings(("-j1",), ()),
             "robot_variations.py",
         ),
         as_it_is(
             "slip_kinds",
             "Simulated drives with five kinds of lasting slip",
             readers.METHOD,
-            (Job("all", ("--", *SLIP_KINDS)),),
+            (Job("all", ("--", *jobs.SLIP_KINDS)),),
             "methods.py",
         ),
     )
@@ -96,18 +77,18 @@ def of_pairs(data: Path) -> tuple[Bench, ...]:
         lambda row: f"{row['ground']}/{row['fault']}/{row['method']}", readers.PAIR_FAULT
     )
     return (
-        Bench("pairs", "Drives with two antennas", readers.DRIVE, drives(data, "pairs", ())),
+        Bench("pairs", "Drives with two antennas", readers.DRIVE, jobs.drives(data, "pairs", ())),
         as_it_is(
             "pair_distance",
             "Distance by two antennas alone, over 50 m, beside its limit",
             distance,
-            of_grounds(),
+            jobs.of_grounds(),
         ),
         as_it_is(
             "pair_faults",
             "Two antennas over rebar, swapped, silent, and drifting apart",
             fault,
-            of_pair_faults(),
+            jobs.of_pair_faults(),
         ),
         as_it_is(
             "lateral",
@@ -120,16 +101,16 @@ def of_pairs(data: Path) -> tuple[Bench, ...]:
 
 def of_sensors(data: Path) -> tuple[Bench, ...]:
     """Starts, standstill, slip, faults, and robots that nobody has measured."""
-    twelve = drives(data, "cmu_like", ())
+    twelve = jobs.drives(data, "cmu_like", ())
     start = by_row(lambda row: f"{short_name(row['sequence'])}/{row['cut_s']:.0f} s", readers.START)
     mounting = by_row(lambda row: row["recording"], readers.MOUNTING)
     trigger = by_row(lambda row: f"{row['ground']}/{row['slip']}/{row['trigger']}", readers.TRIGGER)
-    cuts = with_sequences(twelve, "--share=0.3", "--share=0.5", short=(9,))
-    digging = simulated("--cases=40", "--km=4", "-j1", short=("--cases=4", "-j1"))
-    damaged = simulated("--recordings=200", short=("--recordings=9", "--damaged=1"))
+    cuts = jobs.with_sequences(twelve, "--share=0.3", "--share=0.5", short=(9,))
+    digging = jobs.simulated("--cases=40", "--km=4", "-j1", short=("--cases=4", "-j1"))
+    damaged = jobs.simulated("--recordings=200", short=("--recordings=9", "--damaged=1"))
     faulty = (
-        Job(number, (name, *FAULTS), prefix=number)
-        for name in (sequence(data, 3), sequence(data, 9))
+        Job(number, (name, *jobs.FAULTS), prefix=number)
+        for name in (jobs.sequence(data, 3), jobs.sequence(data, 9))
         for number in (short_name(Path(name).name),)
     )
     return (
@@ -138,17 +119,17 @@ def of_sensors(data: Path) -> tuple[Bench, ...]:
             "wheel_fails",
             "The wheel fails for 10 s",
             readers.motion,
-            with_sequences(twelve, "--cut=10"),
+            jobs.with_sequences(twelve, "--cut=10"),
             "motion.py",
         ),
         Bench(
             "motion",
             "Standstill, slip and coherence",
             readers.motion,
-            with_sequences(twelve, short=(9,)),
+            jobs.with_sequences(twelve, short=(9,)),
         ),
         as_it_is("immobilised", "Immobilised robots", readers.immobilised, digging),
-        as_it_is("methods", "The paper's methods", readers.METHOD, of_scenes(data)),
+        as_it_is("methods", "The paper's methods", readers.METHOD, jobs.of_scenes(data)),
         as_it_is(
             "doctor",
             "What `gprodom doctor` names, of 26 kinds of damage, and in good recordings",
@@ -159,26 +140,29 @@ def of_sensors(data: Path) -> tuple[Bench, ...]:
             "commission",
             "What `gprodom commission` finds of 50 robots, and of recordings of real ones",
             readers.commission,
-            of_commission(),
+            jobs.of_commission(),
         ),
         Bench(
             "mounting",
             "Mountings of the IMU at random, found while driving",
             mounting,
-            (*drives(data, "cmu_like", (9,)), *with_points(recordings(("-j1",), ("f1tenth3",)))),
+            (
+                *jobs.drives(data, "cmu_like", (9,)),
+                *jobs.with_points(jobs.recordings(("-j1",), ("f1tenth3",))),
+            ),
             "mounting_found.py",
         ),
         as_it_is(
             "triggers",
             "Traces that the wheel triggers, against those of a clock",
             trigger,
-            of_triggers(),
+            jobs.of_triggers(),
         ),
         as_it_is(
             "salient",
             "Apexes of pipes, and what windows and a map of pipes tell",
             readers.salient,
-            of_salient(twelve),
+            jobs.of_salient(twelve),
         ),
         as_it_is(
             "faults",
@@ -200,19 +184,19 @@ def of_maps(data: Path) -> tuple[Bench, ...]:
     )
     along = Job("all", ("{data}",), ("{data}/real_ground", "{data}/revisit_eval.py"))
     same = ("{data}/cmu_like", "-j1")
-    changed = simulated("--runs=6", "--no-beside", "--change", "0", "10", "-20", "--jobs=1")
+    changed = jobs.simulated("--runs=6", "--no-beside", "--change", "0", "10", "-20", "--jobs=1")
     return (
         Bench(
             "revisits",
             "Revisits of the gentle drives, with unknown and true scale",
             revisit,
-            with_sequences(drives(data, "cmu_like", ()), "-j1"),
+            jobs.with_sequences(jobs.drives(data, "cmu_like", ()), "-j1"),
         ),
         Bench(
             "coverage",
             "The pose in map: coverage, and wrong revisits",
             one_row(readers.MAP),
-            simulated("--runs=20", "--wrong", "--jobs=1", short=("--runs=2", "--jobs=1")),
+            jobs.simulated("--runs=20", "--wrong", "--jobs=1", short=("--runs=2", "--jobs=1")),
             "map_coverage.py",
         ),
         Bench(
@@ -234,13 +218,13 @@ def of_maps(data: Path) -> tuple[Bench, ...]:
             "consistency",
             "Consistency over simulated robots",
             readers.consistency,
-            simulated("--runs=12", "--robot=all", "--jobs=1"),
+            jobs.simulated("--runs=12", "--robot=all", "--jobs=1"),
         ),
         Bench(
             "relocation",
             "Located after a reset",
             one_row(readers.VISIT),
-            simulated("--runs=20", "--jobs=1"),
+            jobs.simulated("--runs=20", "--jobs=1"),
         ),
         Bench(
             "changed_ground", "Located on ground that has changed", readers.changed_ground, changed
@@ -262,7 +246,10 @@ def of_maps(data: Path) -> tuple[Bench, ...]:
             ),
         ),
         Bench(
-            "merge", "Maps of two days become one", readers.merge, simulated("--runs=4", "--jobs=1")
+            "merge",
+            "Maps of two days become one",
+            readers.merge,
+            jobs.simulated("--runs=4", "--jobs=1"),
         ),
         as_it_is(
             "revisit_along",
@@ -281,13 +268,13 @@ def of_simulation() -> tuple[Bench, ...]:
             "radar_time_offset",
             "Calibration of the radar's time offset",
             readers.radar_time_offset,
-            simulated("--seeds=4", "--jobs=1"),
+            jobs.simulated("--seeds=4", "--jobs=1"),
         ),
         as_it_is(
             "fdtd",
             "The simulated ground against physics",
             one_row(readers.FDTD),
-            simulated(),
+            jobs.simulated(),
             "fdtd_physics.py",
         ),
         as_it_is(
@@ -301,7 +288,7 @@ def of_simulation() -> tuple[Bench, ...]:
 
 def of_speed(data: Path) -> tuple[Bench, ...]:
     """Times: nothing runs beside them, but for the pages of `gprodom report`."""
-    garage, basement = sequence(data, 0), sequence(data, 3)
+    garage, basement = jobs.sequence(data, 0), jobs.sequence(data, 3)
     both = (Job("all", (garage, basement)),)
     replays = by_row(lambda row: f"{short_name(row['log'])}/{row['case']}", readers.REPLAY)
 
@@ -325,7 +312,7 @@ def of_speed(data: Path) -> tuple[Bench, ...]:
             "kernels",
             "Processor time of the parts",
             by_row(lambda row: str(row["name"]), readers.KERNEL),
-            simulated(),
+            jobs.simulated(),
             compiled=True,
         ),
         timed("replay_speed", "Speed of a replay", replays, both),
@@ -339,7 +326,7 @@ def of_speed(data: Path) -> tuple[Bench, ...]:
             "report_pages",
             "Pages of `gprodom report`, as Chromium shows and prints them",
             by_name(readers.PAGE),
-            (Job("all", ("{data}",), PAGES, ("{data}", "--only=robot")),),
+            (Job("all", ("{data}",), jobs.PAGES, ("{data}", "--only=robot")),),
         ),
         timed(
             "window_solvers",
@@ -368,6 +355,6 @@ def of_speed(data: Path) -> tuple[Bench, ...]:
             "ros2_live",
             "Latency and losses of the ROS 2 node (built by scripts/check-ros2), live",
             readers.live,
-            of_ros2(),
+            jobs.of_ros2(),
         ),
     )
