@@ -6,32 +6,17 @@
 
 #include <algorithm>
 #include <atomic>
-#include <future>
 #include <memory>
 #include <thread>
-#include <utility>
 
 #include "gprodom/user_factor.h"
 #include "pipeline/pipeline.h"
 #include "pipeline/test_drive.h"
+#include "support/gate.h"
 #include "support/told.h"
 
 namespace gprodom {
 namespace {
-
-// Whoever waits for it goes on when it is opened.
-class Gate {
- public:
-  void open() {
-    if (!std::exchange(opened_, true)) promise_.set_value();
-  }
-  void wait() const { open_.wait(); }
-
- private:
-  bool opened_ = false;
-  std::promise<void> promise_;
-  std::shared_future<void> open_ = promise_.get_future().share();
-};
 
 // No information, and not given before the gate is opened.
 class HeldCost final : public ceres::SizedCostFunction<1, 3> {

@@ -4,78 +4,34 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <functional>
 
-#include "base/atomic_file.h"
 #include "gprodom/error.h"
 #include "pipeline/test_drive.h"
+#include "support/temporary_folder.h"
+#include "support/told.h"
 
 namespace gprodom {
 namespace {
 
 namespace fs = std::filesystem;
 
-// All that was told, and poses in odom.
-struct Told {
-  std::vector<std::string> warnings;
-  std::vector<OdometryEstimate> odometry;
-
-  void take(const Outputs& out) {
-    warnings.insert(warnings.end(), out.warnings.begin(), out.warnings.end());
-    odometry.insert(odometry.end(), out.odometry.begin(), out.odometry.end());
-  }
-  bool has(const std::string& part) const {
-    return std::any_of(warnings.begin(), warnings.end(), [&part](const std::string& text) {
-      return text.find(part) != std::string::npos;
-    });
-  }
-};
-
-Told run(Odometry& odometry, const std::vector<Input>& inputs) {
-  struct Adder {
-    Odometry& odometry;
-    void operator()(const ImuSample& sample) const { odometry.add(sample); }
-    void operator()(const WheelSample& sample) const { odometry.add(sample); }
-    void operator()(const WheelsSample& sample) const { odometry.add(sample); }
-    void operator()(const GprTrace& trace) const { odometry.add(trace); }
-    void operator()(const Displacement& external) const { odometry.add(external); }
-    void operator()(const PositionFix& fix) const { odometry.add(fix); }
-    void operator()(const Command&) const {}
-    void operator()(const Rejection&) const {}
-  };
-  Told told;
-  for (const Input& input : inputs) {
-    std::visit(Adder{odometry}, input);
-    told.take(odometry.step());
-  }
-  told.take(odometry.finish());
-  return told;
+bool has(const Outputs& told, const std::string& part) {
+  return count_with(told.warnings, part) > 0;
 }
 
 class OdometryTest : public ::testing::Test {
  protected:
-  OdometryTest() {
-    std::string pattern = (fs::temp_directory_path() / "gprodom-odometry-XXXXXX").string();
-    folder_ = ::mkdtemp(pattern.data());
-  }
-  ~OdometryTest() override { fs::remove_all(folder_); }
+  std::string path(const std::string& name) const { return folder_ / name; }
 
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
   // Kept in the folder; pose, scale and ground are there for the next one.
   Config kept(const std::vector<std::string>& settings = {}) const {
     std::vector<std::string> all = settings;
-    all.push_back("state.directory=" + folder_.string());
+    all.push_back("state.directory=" + folder_.path().string());
     return default_config(all);
   }
-  static std::string bytes_of(const std::string& path) {
-    std::string bytes;
-    EXPECT_TRUE(read_whole(path, bytes)) << path;
-    return bytes;
-  }
-
-  fs::path folder_;
+  TemporaryFolder folder_;
 };
 
 constexpr int kSavings = 20;  // requested at once, so that some still wait at the next command
@@ -97,9 +53,9 @@ class MapSavedByCommand : public OdometryTest {
     odometry.load_map(path("ground.map"));
     for (int i = 0; i < kSavings; ++i) odometry.begin_saving_map(name(i));
     follow(odometry);
-    const Told told = run(odometry, standing(0.2, kDriveStart + from_seconds(40.0)));
+    const Outputs told = run(odometry, standing(0.2, kDriveStart + from_seconds(40.0)));
     for (int i = 0; i < kSavings; ++i) {
-      EXPECT_TRUE(told.has(name(i) + ": saved"));
+      EXPECT_TRUE(has(told, name(i) + ": saved"));
       EXPECT_TRUE(bytes_of(name(i)) == ground_) << i;
     }
   }
@@ -109,33 +65,13 @@ class MapSavedByCommand : public OdometryTest {
   std::string ground_;
 };
 
-TEST_F(MapSavedByCommand, ThenAnotherMapIsLoaded) {
-  expect_saved(default_config(), [this](Odometry& o) { o.load_map(path("ground.map")); });
-}
-TEST_F(MapSavedByCommand, ThenLoadedAgain) {
-  expect_saved(default_config(), [this](Odometry& o) { o.load_map(name(kSavings - 1)); });
-}
-TEST_F(MapSavedByCommand, ThenAllIsForgotten) {
-  expect_saved(default_config(), [](Odometry& o) { o.forget(); });
-}
-TEST_F(MapSavedByCommand, ThenTheEstimatorIsReset) {
-  expect_saved(default_config(), [](Odometry& o) { o.reset(); });
-}
-// Before the first data, which then make it go on from the saved pose.
-TEST_F(MapSavedByCommand, ThenARunResumesFromTheSavedPose) {
-  expect_saved(kept(), [](Odometry&) {});
-}
-
-TEST_F(OdometryTest, SavingAndLoadingIsRefusedWithoutAMap) {
-  Odometry with(default_config());
-  with.save_map(path("some.map"));
-  for (const char* off : {"graph.enabled=false", "gpr.enabled=false"}) {
-    Odometry odometry(default_config({off}));
-    EXPECT_THROW(odometry.begin_saving_map(path("other.map")), FileError);
-    EXPECT_THROW(odometry.save_map(path("other.map")), FileError);
-    EXPECT_THROW(odometry.load_map(path("some.map")), FileError);
-  }
-  EXPECT_FALSE(fs::exists(path("other.map")));
+TEST_F(MapSavedByCommand, IsThatOfItsTimeWhateverFollows) {
+  const Config config = default_config();
+  expect_saved(config, [this](Odometry& o) { o.load_map(path("ground.map")); });  // or another
+  expect_saved(config, [this](Odometry& o) { o.load_map(name(kSavings - 1)); });
+  expect_saved(config, [](Odometry& o) { o.forget(); });
+  expect_saved(config, [](Odometry& o) { o.reset(); });
+  expect_saved(kept(), [](Odometry&) {});  // the first data make it go on from the saved pose
 }
 
 // state.resume_within: the age of the saved pose, at the first data, up to which it is gone on
@@ -144,16 +80,16 @@ class ResumeTest : public OdometryTest {
  protected:
   void SetUp() override {
     Odometry odometry(kept());
-    const Told told = run(odometry, standing(5.0));
+    const Outputs told = run(odometry, standing(5.0));
     ASSERT_FALSE(told.odometry.empty());
     end_ = told.odometry.back().time;
   }
-  Told after(double pause_s, const std::vector<std::string>& settings) {
+  Outputs after(double pause_s, const std::vector<std::string>& settings) {
     Odometry odometry(kept(settings));
     start_ = end_ + from_seconds(pause_s);
     return run(odometry, standing(5.0, start_));
   }
-  static double first_pose(const Told& told, TimeNs since) {
+  static double first_pose(const Outputs& told, TimeNs since) {
     return to_seconds(told.odometry.front().time - since);
   }
 
@@ -161,8 +97,8 @@ class ResumeTest : public OdometryTest {
 };
 
 TEST_F(ResumeTest, ResumesFromARecentPose) {
-  const Told told = after(2.0, {"state.resume_within=4"});
-  EXPECT_TRUE(told.has("resumed from the pose saved"));
+  const Outputs told = after(2.0, {"state.resume_within=4"});
+  EXPECT_TRUE(has(told, "resumed from the pose saved"));
   EXPECT_LT(first_pose(told, start_), 1.0);
 }
 
@@ -179,8 +115,8 @@ TEST_F(ResumeTest, IsNoSurerOfThePoseThanTheRunBefore) {
     last = run(before, drive).odometry.back();
   }
   Odometry resumed(kept());
-  const Told told = run(resumed, standing(3.0, last.time + from_seconds(0.5)));
-  ASSERT_TRUE(told.has("resumed from the pose saved"));
+  const Outputs told = run(resumed, standing(3.0, last.time + from_seconds(0.5)));
+  ASSERT_TRUE(has(told, "resumed from the pose saved"));
   EXPECT_GT(variance(told.odometry.front()), 0.9 * variance(last));
   EXPECT_GT(variance(last), 1e-4);
 }
@@ -199,30 +135,27 @@ TEST_F(ResumeTest, TakesOverTheScaleOfTheAccelerometer) {
     end = run(before, measured(5.0, end_ + from_seconds(60.0))).odometry.back().time;
   }
   Odometry resumed(kept());
-  const Told told = run(resumed, measured(5.0, end + from_seconds(1.0)));
-  ASSERT_TRUE(told.has("resumed from the pose saved"));
-  EXPECT_TRUE(told.has("its specific force is 80 % of gravity"));
+  const Outputs told = run(resumed, measured(5.0, end + from_seconds(1.0)));
+  ASSERT_TRUE(has(told, "resumed from the pose saved"));
+  EXPECT_TRUE(has(told, "its specific force is 80 % of gravity"));
   EXPECT_LT(told.odometry.back().v_body.norm(), 0.01);
   EXPECT_LT(told.odometry.back().accel_bias.norm(), 0.05);
   resumed.reset();
-  const Told again = run(resumed, measured(5.0, told.odometry.back().time + from_seconds(1.0)));
+  const Outputs again = run(resumed, measured(5.0, told.odometry.back().time + from_seconds(1.0)));
   ASSERT_FALSE(again.odometry.empty());
-  EXPECT_TRUE(again.has("its specific force is 80 % of gravity"));
+  EXPECT_TRUE(has(again, "its specific force is 80 % of gravity"));
 }
 
 TEST_F(ResumeTest, DoesNotResumeFromAnExpiredPose) {
-  const Told told = after(4.0, {"state.resume_within=4"});
-  EXPECT_TRUE(told.has("s old (state.resume_within): starting at the initialiser"));
+  const Outputs told = after(4.0, {"state.resume_within=4"});
+  EXPECT_TRUE(has(told, "s old (state.resume_within): starting at the initialiser"));
   EXPECT_GT(first_pose(told, start_), 0.9 * InitializerConfig().duration);
-  EXPECT_FALSE(told.has("resumed"));
+  EXPECT_FALSE(has(told, "resumed"));
 }
 
-TEST_F(ResumeTest, DoesNotResumeIfThatIsTurnedOff) {
-  EXPECT_FALSE(after(0.1, {"state.resume_within=0"}).has("resumed"));
-}
-
-TEST_F(ResumeTest, DoesNotResumeFromAPoseInTheFuture) {  // the clock was set back meanwhile
-  EXPECT_FALSE(after(-20.0, {}).has("resumed"));
+TEST_F(ResumeTest, DoesNotResumeIfThatIsTurnedOffOrFromAPoseInTheFuture) {
+  EXPECT_FALSE(has(after(0.1, {"state.resume_within=0"}), "resumed"));
+  EXPECT_FALSE(has(after(-20.0, {}), "resumed"));  // the clock was set back meanwhile
 }
 
 // The clock is set ahead by an hour in mid-drive. If all sensors step, `odom` continues with the
@@ -234,27 +167,22 @@ TEST(ClockStepTest, OdomContinuesWhenOneClockStepsOrAllTogether) {
   const OdometryEstimate end = run(whole, inputs).odometry.back();
   const TimeNs hour = from_seconds(3600.0);
   const auto stepped = [&](bool all) {
-    std::vector<Input> later = inputs;
-    for (Input& input : later) {
-      if (auto* imu = std::get_if<ImuSample>(&input)) {
-        if (imu->time > kDriveStart + from_seconds(10.0)) imu->time += hour;
-      } else if (auto* wheel = std::get_if<WheelSample>(&input); wheel && all) {
-        if (wheel->time > kDriveStart + from_seconds(10.0)) wheel->time += hour;
-      } else if (auto* trace = std::get_if<GprTrace>(&input); trace && all) {
-        if (trace->time > kDriveStart + from_seconds(10.0)) trace->time += hour;
-      }
-    }
+    std::vector<Input> stepped = inputs;
+    for (Input& input : stepped)
+      if (time_of(input) > kDriveStart + from_seconds(10.0) &&
+          (all || std::holds_alternative<ImuSample>(input)))
+        input = later({input}, 3600.0).front();
     Odometry odometry(config);
     odometry.record();
-    Told told = run(odometry, later);
+    Outputs told = run(odometry, stepped);
     if (all) {
       EXPECT_NEAR(to_seconds(odometry.recorded().back().time - end.time), 3600.0, 1.0);
     }
     return told;
   };
-  const Told told = stepped(true);
-  EXPECT_TRUE(told.has("IMU: clock was set ahead with those of all sensors"));
-  EXPECT_FALSE(told.has("the estimator restarts"));
+  const Outputs told = stepped(true);
+  EXPECT_TRUE(has(told, "IMU: clock was set ahead with those of all sensors"));
+  EXPECT_FALSE(has(told, "the estimator restarts"));
   EXPECT_EQ(told.odometry.back().time, end.time + hour);
   EXPECT_LT((told.odometry.back().p_odom_body - end.p_odom_body).norm(), 0.15);
   TimeNs largest_gap = 0;
@@ -264,9 +192,9 @@ TEST(ClockStepTest, OdomContinuesWhenOneClockStepsOrAllTogether) {
     if (gap < hour) largest_gap = std::max(largest_gap, gap);
   }
   EXPECT_LT(largest_gap, from_seconds(0.5));
-  const Told alone = stepped(false);
-  EXPECT_TRUE(alone.has("IMU: clock was set alone"));
-  EXPECT_FALSE(alone.has("the estimator restarts"));
+  const Outputs alone = stepped(false);
+  EXPECT_TRUE(has(alone, "IMU: clock was set alone"));
+  EXPECT_FALSE(has(alone, "the estimator restarts"));
   EXPECT_EQ(alone.odometry.back().time, end.time);
   EXPECT_LT((alone.odometry.back().p_odom_body - end.p_odom_body).norm(), 0.15);
 }

@@ -14,23 +14,29 @@
 namespace gprodom {
 namespace {
 
-// The notes about a trace that comes `seconds` after one of 201 samples at 0.2 ns.
-std::vector<std::string> notes_after(double seconds, std::size_t samples, double interval_s) {
+// The answer to a trace that comes `seconds` after one of 201 samples at 0.2 ns, of antenna 0.
+RadarAnswer answer_after(double seconds, std::size_t samples, double interval_s, int antenna = 0) {
   GprConfig config;
   config.front_end = FrontEndKind::kStationarity;
   RadarTask task(config);
   const TimeNs first = from_seconds(100), next = first + from_seconds(seconds);
   EXPECT_TRUE(task.run({gpr::flat_trace(first)}, first).notes.empty());
-  return task.run({gpr::flat_trace(next, samples, interval_s)}, next).notes;
+  GprTrace trace = gpr::flat_trace(next, samples, interval_s);
+  trace.antenna_id = antenna;
+  return task.run({trace}, next, antenna);
 }
 
 TEST(RadarTask, NewRadarSettingOrGapResetsTheFrontEnd) {
   const std::string reset = ": the radar front end is reset";
-  EXPECT_TRUE(notes_after(0.05, 201, 2e-10).empty());
-  EXPECT_TRUE(notes_after(0.05, 201, 2.0000001e-10).empty()) << "rounding is no other setting";
-  EXPECT_EQ(notes_after(0.05, 181, 2e-10).at(0), "trace length changed" + reset);
-  EXPECT_EQ(notes_after(0.05, 201, 3e-10).at(0), "sample interval changed" + reset);
-  EXPECT_EQ(notes_after(1.05, 201, 2e-10).at(0), "gap in traces" + reset);
+  EXPECT_TRUE(answer_after(0.05, 201, 2e-10).notes.empty());
+  EXPECT_TRUE(answer_after(0.05, 201, 2.0000001e-10).notes.empty())
+      << "rounding is no other setting";
+  EXPECT_EQ(answer_after(0.05, 181, 2e-10).notes.at(0), "trace length changed" + reset);
+  EXPECT_EQ(answer_after(0.05, 201, 3e-10).notes.at(0), "sample interval changed" + reset);
+  EXPECT_EQ(answer_after(1.05, 201, 2e-10).notes.at(0), "gap in traces" + reset);
+  const RadarAnswer other = answer_after(0.05, 201, 2e-10, 1);
+  EXPECT_EQ(other.notes.at(0), "another antenna" + reset);
+  EXPECT_EQ(other.antenna, 1);
 }
 
 // Counts what it is asked and told.
@@ -83,19 +89,6 @@ TEST(RadarTask, OursSaysNothingOfTracesThatDoNotComeByTime) {
   EXPECT_GT(findings(Trigger::kTime), 10U);
   EXPECT_EQ(findings(Trigger::kDistance), 0U);
   EXPECT_EQ(findings(Trigger::kAuto), 0U);
-}
-
-TEST(RadarTask, TracesOfAnotherAntennaResetTheFrontEnd) {
-  GprConfig config;
-  config.front_end = FrontEndKind::kStationarity;
-  RadarTask task(config);
-  GprTrace trace = gpr::flat_trace(from_seconds(100));
-  EXPECT_TRUE(task.run({trace}, trace.time).notes.empty());
-  trace.antenna_id = 1;
-  trace.time += from_seconds(0.05);
-  const RadarAnswer answer = task.run({trace}, trace.time, 1);
-  EXPECT_EQ(answer.antenna, 1);
-  EXPECT_EQ(answer.notes.at(0), "another antenna: the radar front end is reset");
 }
 
 // Traces over ground, few at first, until the amplitude scale of sfm is known; then enough for two

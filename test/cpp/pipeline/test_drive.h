@@ -32,6 +32,39 @@ inline ImuSample resting_imu(TimeNs time, int i) {
   return imu;
 }
 
+using OfTime = std::function<double(double seconds)>;
+
+// A robot in the plane, of given speed (m/s) and turn rate (rad/s): where it is, and what an IMU
+// without noise says, 100 times a second.
+class PlanarRobot {
+ public:
+  explicit PlanarRobot(
+      OfTime speed, OfTime rate = [](double) { return 0.0; })
+      : speed_(std::move(speed)), rate_(std::move(rate)) {}
+
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  double way_m = 0.0, yaw = 0.0;
+
+  double seconds() const { return 0.01 * i_; }
+  ImuSample imu() const {
+    const double t = seconds(), speed = speed_(t);
+    return {kDriveStart + i_ * kImuPeriod,
+            {(speed_(t + 0.01) - speed) / 0.01, speed * rate_(t), 9.80665},
+            {0.0, 0.0, rate_(t)}};
+  }
+  void move() {
+    const double t = seconds(), went = 0.005 * (speed_(t) + speed_(t + 0.01));
+    position += went * Eigen::Vector3d(std::cos(yaw), std::sin(yaw), 0.0);
+    way_m += went;
+    yaw += 0.005 * (rate_(t) + rate_(t + 0.01));
+    ++i_;
+  }
+
+ private:
+  OfTime speed_, rate_;
+  int i_ = 0;
+};
+
 // A robot that stands: IMU and wheel at 100 Hz.
 inline std::vector<Input> standing(double seconds, TimeNs start = kDriveStart) {
   std::vector<Input> inputs;
@@ -90,6 +123,18 @@ inline void append(Outputs& all, const Outputs& more) {
   join(all.warnings, more.warnings);
 }
 
+// All that an estimator tells of these, to their end.
+template <class Estimator>
+Outputs run(Estimator& estimator, const std::vector<Input>& inputs) {
+  Outputs all;
+  for (const Input& input : inputs) {
+    give(estimator, input);
+    append(all, estimator.step());
+  }
+  append(all, estimator.finish());
+  return all;
+}
+
 // To the last bit.
 inline bool same_poses(const std::vector<OdometryEstimate>& a,
                        const std::vector<OdometryEstimate>& b) {
@@ -108,10 +153,7 @@ inline std::vector<std::string> reasons_in(const Outputs& outputs) {
 }
 
 inline Config without_radar() {
-  Config config = default_config();
-  config.gpr.enabled = false;
-  config.graph.enabled = false;
-  return config;
+  return default_config({"gpr.enabled=false", "graph.enabled=false"});
 }
 
 // A robot that stands for 3 s, drives straight ahead for 15 s and, after 2 s, the same way back,
@@ -126,22 +168,18 @@ inline std::vector<Input> there_and_back(unsigned seed) {
   gpr::SyntheticRadar radar(seed, 20.0);
   Noise noise(seed);
   std::vector<Input> inputs;
-  double position = 0.0;
-  for (int i = 0; i < 3700; ++i) {
-    const double t = 0.01 * i, speed = speed_at(t), next_speed = speed_at(t + 0.01);
-    ImuSample imu;
-    imu.time = kDriveStart + i * kImuPeriod;
-    imu.acceleration =
-        Eigen::Vector3d((next_speed - speed) / 0.01, 0.0, 9.80665) + noise.vector(0.01);
+  PlanarRobot robot(speed_at);
+  for (int i = 0; i < 3700; ++i, robot.move()) {
+    ImuSample imu = robot.imu();
+    imu.acceleration += noise.vector(0.01);
     imu.angular_velocity = noise.vector(0.002);
     inputs.push_back(imu);
-    inputs.push_back(WheelSample{imu.time, 1.01 * position});
+    inputs.push_back(WheelSample{imu.time, 1.01 * robot.way_m});
     if (i % 5 == 0) {
-      GprTrace trace = radar.measure(ground, position, t);
+      GprTrace trace = radar.measure(ground, robot.way_m, robot.seconds());
       trace.time = imu.time;
       inputs.push_back(std::move(trace));
     }
-    position += 0.005 * (speed + next_speed);
   }
   return inputs;
 }

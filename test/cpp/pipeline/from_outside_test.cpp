@@ -1,15 +1,19 @@
-// A radar front end of one's own in place of gpr.front_end.
-#include "gprodom/front_end.h"
-
+// What others give the estimator: a radar front end in place of gpr.front_end, displacements of
+// another process, factors, positions, and messages that overtake each other.
+#include <ceres/sized_cost_function.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <limits>
 #include <memory>
 #include <stdexcept>
+#include <vector>
 
+#include "gprodom/front_end.h"
 #include "gprodom/odometry.h"
+#include "gprodom/user_factor.h"
 #include "pipeline/test_drive.h"
 #include "support/told.h"
 
@@ -31,15 +35,6 @@ double position_at(TimeNs time) {
   return positions[std::min(i, positions.size() - 1)];
 }
 
-Outputs drive(Odometry& odometry, const std::vector<Input>& inputs) {
-  Outputs all;
-  for (const Input& input : inputs) {
-    give(odometry, input);
-    append(all, odometry.step());
-  }
-  return all;
-}
-
 // The scale and the sign of a TrackDisplacement, and its weight: no wheel tells the way.
 TEST(OwnFrontEnd, ItsDisplacementsCarryARobotWithoutAWheel) {
   const auto way = [](TimeNs tick) {
@@ -54,7 +49,7 @@ TEST(OwnFrontEnd, ItsDisplacementsCarryARobotWithoutAWheel) {
   };
   const Config config = default_config({"wheel.enabled=false", "graph.enabled=false"});
   Odometry with(config, Execution::kInline, saying(way));
-  const Outputs out = drive(with, there_and_back(1));
+  const Outputs out = run(with, there_and_back(1));
   double farthest = 0.0;  // along the track: nothing holds the robot from drifting aside
   for (const auto& estimate : out.odometry) farthest = std::max(farthest, estimate.p_odom_body.x());
   const double truth = position_at(kDriveStart + from_seconds(19.0));
@@ -95,15 +90,14 @@ TEST(AnotherProcess, ItsMotionReachesItsStateWithinTheReorderWindowAndIsCountedB
   for (const DisplacementKind kind : {DisplacementKind::kMotion, DisplacementKind::kExternal}) {
     Odometry in_time(config);
     const Outputs carried =
-        drive(in_time, with_answers(from_seconds(config.time.reorder_window) - kTick / 2, kind));
+        run(in_time, with_answers(from_seconds(config.time.reorder_window) - kTick / 2, kind));
     ASSERT_FALSE(carried.odometry.empty());
     EXPECT_NEAR(carried.odometry.back().p_odom_body.x(), truth, 0.02 * truth);
     EXPECT_TRUE(carried.warnings.empty());
   }
   Odometry late(config);
-  const Outputs alone =
-      drive(late, with_answers(from_seconds(config.time.reorder_window) + kTick / 2,
-                               DisplacementKind::kMotion));
+  const Outputs alone = run(late, with_answers(from_seconds(config.time.reorder_window) + kTick / 2,
+                                               DisplacementKind::kMotion));
   ASSERT_FALSE(alone.odometry.empty());
   EXPECT_GT(std::abs(alone.odometry.back().p_odom_body.x() - truth), 0.02 * truth);
   EXPECT_GE(count_with(alone.warnings, "later than time.reorder_window"), 1);
@@ -131,7 +125,7 @@ TEST(OwnFrontEnd, ItsStandstillHoldsAgainstAWheelThatSpins) {
   Odometry with(config, Execution::kInline, saying(stands));
   Odometry without(config, Execution::kInline,
                    saying([](TimeNs) { return std::vector<gpr::Finding>(); }));
-  const Outputs held = drive(with, spinning), carried = drive(without, spinning);
+  const Outputs held = run(with, spinning), carried = run(without, spinning);
   ASSERT_FALSE(held.odometry.empty());
   EXPECT_LT(held.odometry.back().p_odom_body.norm(), 0.02);
   EXPECT_GT(carried.odometry.back().p_odom_body.norm(), 0.1);
@@ -150,9 +144,6 @@ TEST(OwnFrontEnd, IsMadeAnewWhereTheEstimatorStartsAfresh) {
   EXPECT_EQ(made, 3);
   const Odometry without_radar(default_config({"gpr.enabled=false"}), Execution::kInline, factory);
   EXPECT_EQ(made, 3);
-}
-
-TEST(OwnFrontEnd, NoneIsRefused) {
   EXPECT_THROW(Odometry(default_config(), Execution::kInline,
                         [] { return std::unique_ptr<gpr::FrontEnd>(); }),
                std::invalid_argument);
@@ -164,7 +155,7 @@ TEST(OwnFrontEnd, WhatCannotBeIsDroppedWithAWarning) {
   const auto said = [&](const gpr::Finding& finding) {
     Odometry odometry(default_config(), Execution::kInline,
                       saying([&](TimeNs) { return std::vector<gpr::Finding>{finding}; }));
-    const Outputs out = drive(odometry, standing(5.0));
+    const Outputs out = run(odometry, standing(5.0));
     EXPECT_TRUE(out.displacements.empty());
     return count_with(out.warnings, "finding of the radar front end dropped");
   };
@@ -176,6 +167,141 @@ TEST(OwnFrontEnd, WhatCannotBeIsDroppedWithAWarning) {
   EXPECT_GE(said(gpr::PathLength{a, b, "own", true, 0.0}), 1);
   EXPECT_GE(said(gpr::Standstill{a, b, "own", -1.0}), 1);
   EXPECT_GE(said(gpr::Sight{a, b, nan}), 1);
+}
+
+// A user's factor through the whole estimator: when it is accepted, and its effect on the pose.
+
+// Residual: the height of the robot above the origin, with a standard deviation of 1 mm.
+class Height final : public ceres::SizedCostFunction<1, 3> {
+ public:
+  explicit Height(double metres) : metres_(metres) {}
+  bool Evaluate(double const* const* p, double* r, double** J) const override {
+    r[0] = (p[0][2] - metres_) / 1e-3;
+    if (J && J[0]) {
+      J[0][0] = J[0][1] = 0.0;
+      J[0][2] = 1e3;
+    }
+    return true;
+  }
+
+ private:
+  double metres_;
+};
+
+UserFactor height_at(double seconds, double metres) {
+  UserFactor factor;
+  factor.name = "height";
+  factor.times = {kDriveStart + from_seconds(seconds)};
+  factor.blocks = {{0, StatePart::kPosition}};
+  factor.cost = std::make_shared<Height>(metres);
+  return factor;
+}
+
+// Stands for three seconds, then drives straight on.
+class Drive {
+ public:
+  void go_on_until(double end) {
+    for (; robot_.seconds() < end - 1e-9; robot_.move()) {
+      ImuSample imu = robot_.imu();
+      imu.acceleration += noise_.vector(0.002);
+      imu.angular_velocity += noise_.vector(4e-4);
+      odometry.add(imu);
+      odometry.add(WheelSample{imu.time, robot_.way_m});
+      const Outputs out = odometry.step();
+      if (!out.odometry.empty()) newest = out.odometry.back();
+      if (!out.status.empty()) status = out.status.back();
+    }
+  }
+  Odometry odometry{without_radar()};
+  OdometryEstimate newest;
+  Status status;
+
+ private:
+  PlanarRobot robot_{[](double t) { return std::clamp(t - 3.0, 0.0, 0.5); }};
+  Noise noise_{1};
+};
+
+TEST(AddFactor, MovesThePoseAndIsCountedInTheStatus) {
+  Drive drive;
+  drive.go_on_until(10.0);
+  EXPECT_LT(std::abs(drive.newest.p_odom_body.z()), 0.02);
+  for (double t = 10.0; t < 11.95; t += 0.1) {
+    EXPECT_EQ(drive.odometry.add_factor(height_at(t + 0.03, 0.1)), "");
+    drive.go_on_until(t + 0.1);
+  }
+  drive.go_on_until(13.5);  // past the status of the second in which the last was used
+  EXPECT_NEAR(drive.newest.p_odom_body.z(), 0.1, 0.02);
+  EXPECT_EQ(value_of(drive.status, "factors.used"), 20);
+}
+
+TEST(AddFactor, IsRefusedOutsideTheLag) {
+  Drive drive;
+  EXPECT_EQ(drive.odometry.add_factor(height_at(0.0, 0.0)), "the estimator has not started");
+  drive.go_on_until(10.0);
+  EXPECT_EQ(drive.odometry.add_factor(height_at(3.0, 0.0)), "older than the window (smoother.lag)");
+  EXPECT_EQ(drive.odometry.add_factor(height_at(6.0, 0.0)), "");
+  EXPECT_EQ(drive.odometry.add_factor(height_at(20.0, 0.0)), "too far ahead of the IMU");
+  UserFactor factor = height_at(9.0, 0.0);
+  factor.blocks[0].part = StatePart::kAttitude;
+  EXPECT_NE(drive.odometry.add_factor(factor), "");
+}
+
+// Messages of different sensors that overtake each other on their way.
+
+// The published poses if each sample of the wheel comes so many IMU samples late.
+std::vector<OdometryEstimate> poses(std::size_t late) {
+  Odometry odometry(default_config({"gpr.enabled=false"}));
+  std::deque<WheelSample> on_the_way;
+  std::vector<OdometryEstimate> found;
+  for (const Input& input : there_and_back(1)) {
+    if (const auto* wheel = std::get_if<WheelSample>(&input)) {
+      on_the_way.push_back(*wheel);
+      if (on_the_way.size() > late) {
+        odometry.add(on_the_way.front());
+        on_the_way.pop_front();
+      }
+    }
+    if (const auto* imu = std::get_if<ImuSample>(&input)) odometry.add(*imu);
+    for (const OdometryEstimate& pose : odometry.step().odometry) found.push_back(pose);
+  }
+  return found;
+}
+
+// The pose uses wheel samples between two solutions, so an IMU message that comes before or after
+// one of them could change it: then a ROS node would differ from the replay of its log.
+TEST(Arrival, WheelThatComesAFewImuSamplesLateChangesNoPose) {
+  const auto in_order = poses(0), late = poses(4);
+  EXPECT_GT(in_order.size(), 3000U);
+  EXPECT_TRUE(same_poses(in_order, late));
+}
+
+// Positions from outside: `map` becomes `site`, also without a radar, and `odom` does not know it.
+struct Driven {
+  Outputs out;
+  std::vector<OdometryEstimate> smoothed;
+};
+
+// There and back on 9 m, in site towards (cos 1, sin 1) from (100, 50). with_fixes: each second,
+// exact.
+Driven driven(bool with_fixes) {
+  Odometry odometry(default_config({"gpr.enabled=false"}));
+  odometry.record();
+  const auto inputs = there_and_back(3);
+  Outputs out = run(odometry, with_fixes ? fixed(inputs) : inputs);
+  return {std::move(out), odometry.smoothed()};
+}
+
+TEST(Fixes, TurnMapToSiteAndLeaveOdomAsItIs) {
+  const Driven with = driven(true), without = driven(false);
+  EXPECT_TRUE(same_poses(with.out.odometry, without.out.odometry));
+  const Eigen::Vector3d home(100, 50, 0);
+  const OdometryEstimate& in_map = with.out.odometry_in_map.back();
+  EXPECT_LT((in_map.p_odom_body - home).norm(), 0.1);
+  EXPECT_NEAR(std::abs(in_map.q_odom_body.z()), std::sin(0.5), 0.02);
+  EXPECT_LT((with.smoothed.back().p_odom_body - home).norm(), 0.05);
+  EXPECT_LT((with.smoothed.front().p_odom_body - home).norm(), 0.05);
+  EXPECT_LT(without.out.odometry_in_map.back().p_odom_body.norm(), 1.0) << "map stays odom";
+  EXPECT_EQ(count_with(reasons_in(with.out), "fixes"), 0);
 }
 
 }  // namespace

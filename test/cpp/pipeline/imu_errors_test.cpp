@@ -1,17 +1,21 @@
-// An IMU mounted at any rotation, through the whole estimator: imu.rpy_body_imu takes it out.
+// An IMU that is mounted at any rotation, or whose accelerometer has a wrong scale or a large bias,
+// through the whole estimator.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "estimation/nav_state.h"
 #include "gprodom/config.h"
 #include "gprodom/odometry.h"
 #include "pipeline/pipeline.h"
 #include "pipeline/test_drive.h"
+#include "support/noise.h"
 #include "support/temporary_folder.h"
 #include "support/told.h"
 
@@ -21,7 +25,6 @@ namespace {
 using Eigen::Vector3d;
 using Mounting = std::function<Vector3d(const Vector3d&)>;  // body axes -> the IMU's own
 
-constexpr double kRate = 100.0;   // Hz
 constexpr double kSpeed = 0.5;    // m/s
 constexpr double kYawRate = 0.2;  // rad/s, to the left
 constexpr double kTurn = 6.0;     // s
@@ -29,38 +32,37 @@ constexpr double kTurnsIn = 0.5;  // s
 
 struct Driven {
   std::vector<OdometryEstimate> odometry;
-  Vector3d true_position = Vector3d::Zero();
-  double true_yaw = 0.0;
+  PlanarRobot robot;
   std::vector<std::string> warnings;  // and reasons of STATUS
 
   bool told(const std::string& part) const { return count_with(warnings, part) > 0; }
-  double error_m() const { return (odometry.back().p_odom_body - true_position).norm(); }
+  double error_m() const { return (odometry.back().p_odom_body - robot.position).norm(); }
 };
 
 // Four seconds of standstill, then ahead, round a bend to the left, and ahead.
 Driven drive(const Config& config, const Mounting& mounted, const Vector3d& arm = Vector3d::Zero(),
              Execution execution = Execution::kInline) {
-  Driven run;
+  const auto bend = [](double t) {  // from 0 to 1, and back
+    return std::clamp(std::min(t - 8.0, 8.0 + kTurn + kTurnsIn - t) / kTurnsIn, 0.0, 1.0);
+  };
+  Driven run{{},
+             PlanarRobot([](double t) { return kSpeed * std::clamp(t - 4.0, 0.0, 1.0); },
+                         [bend](double t) { return kYawRate * bend(t); }),
+             {}};
   Odometry odometry(config, execution);
   Outputs all;
-  double wheel_m = 0.0;
-  for (int i = 0; i < 20 * kRate; ++i) {
-    const double t = i / kRate, dt = 1 / kRate;
-    const double speed = kSpeed * std::clamp(t - 4.0, 0.0, 1.0);
-    const double into = (t - 8.0) / kTurnsIn, out_of = (8.0 + kTurn + kTurnsIn - t) / kTurnsIn;
-    const double yaw_rate = kYawRate * std::clamp(std::min(into, out_of), 0.0, 1.0);
-    const bool begins = into > 0 && into<1, ends = out_of> 0 && out_of < 1;
-    const Vector3d rate(0, 0, yaw_rate), angular(0, 0, kYawRate / kTurnsIn * (begins - ends));
-    const Vector3d by_arm = angular.cross(arm) + rate.cross(rate.cross(arm));
-    const double ahead = t > 4.0 && t <= 5.0 ? kSpeed : 0.0;
-    ImuSample imu = resting_imu(from_seconds(1000.0 + t), i);
-    imu.acceleration = mounted(imu.acceleration + Vector3d(ahead, speed * yaw_rate, 0) + by_arm);
-    imu.angular_velocity = mounted(imu.angular_velocity + rate);
+  for (int i = 0; i < 2000; ++i, run.robot.move()) {
+    const double t = run.robot.seconds();
+    const ImuSample noise = resting_imu(0, i);
+    ImuSample imu = run.robot.imu();
+    const Vector3d angular(0, 0, kYawRate * (bend(t + 0.005) - bend(t - 0.005)) / 0.01);
+    const Vector3d by_arm =
+        angular.cross(arm) + imu.angular_velocity.cross(imu.angular_velocity.cross(arm));
+    const Vector3d gravity(0, 0, kStandardGravity);
+    imu.acceleration = mounted(imu.acceleration + noise.acceleration - gravity + by_arm);
+    imu.angular_velocity = mounted(imu.angular_velocity + noise.angular_velocity);
     odometry.add(imu);
-    odometry.add(WheelSample{imu.time, wheel_m});
-    wheel_m += speed * dt;
-    run.true_position += speed * dt * Vector3d(std::cos(run.true_yaw), std::sin(run.true_yaw), 0);
-    run.true_yaw += yaw_rate * dt;
+    odometry.add(WheelSample{imu.time, run.robot.way_m});
     append(all, odometry.step());
     odometry.start_jobs();
   }
@@ -209,12 +211,147 @@ TEST(Mounting, ALeverArmIsTakenOut) {
   EXPECT_GT(ignored_m, 2 * error_m);
 }
 
-// Shows that the test above detects a rotation that is not compensated: the wheel then seems to
-// drive along an axis that points up. (An upside-down IMU alone is levelled by gravity.)
-TEST(Mounting, WrongConfiguredRotationGivesAWrongEstimate) {
-  const Driven wrong = drive(without_radar(), kCases[2].mounted);
-  ASSERT_FALSE(wrong.odometry.empty());
-  EXPECT_GT(wrong.error_m(), 1.0);
+using Sensor = std::function<Vector3d(const Vector3d&)>;  // what it makes of a specific force
+
+constexpr double kRound_s = 6.0;
+
+struct Course {
+  std::optional<double> start_s;
+  double worst_m = 0.0;  // error of the position
+  std::vector<std::string> reasons;
+  bool told(const std::string& text) const { return count_with(reasons, text) > 0; }
+};
+
+// A robot that stands for `stands` seconds, and then turns on the spot by 0.7 rad and goes ahead by
+// 0.75 m, for 3 s each.
+Course course_by(const Sensor& sensor, double stands_s = 3.0, unsigned seed = 1) {
+  Course run;
+  Odometry odometry(without_radar());
+  Noise noise(seed);
+  const auto bump = [](double t) { return 0.5 - 0.5 * std::cos(2 * M_PI * t / (0.5 * kRound_s)); };
+  const auto speed_at = [&](double t) {
+    const double in_round = t < stands_s ? 0.0 : std::fmod(t - stands_s, kRound_s);
+    return in_round > 0.5 * kRound_s ? 0.5 * bump(in_round) : 0.0;
+  };
+  const auto rate_at = [&](double t) {
+    const double in_round = t < stands_s ? kRound_s : std::fmod(t - stands_s, kRound_s);
+    return in_round < 0.5 * kRound_s ? 0.47 * bump(in_round) : 0.0;
+  };
+  PlanarRobot robot(speed_at, rate_at);
+  PlanarRobot first = robot;
+  for (; robot.seconds() < 60.0; robot.move()) {
+    ImuSample imu = robot.imu();
+    imu.acceleration = sensor(imu.acceleration + noise.vector(0.02));
+    imu.angular_velocity += noise.vector(0.001);
+    odometry.add(imu);
+    odometry.add(WheelSample{imu.time, robot.way_m});
+    const Outputs out = odometry.step();
+    for (const OdometryEstimate& estimate : out.odometry) {
+      if (!run.start_s) {
+        run.start_s = robot.seconds();
+        first = robot;
+      }
+      const Vector3d moved =
+          Eigen::AngleAxisd(-first.yaw, Vector3d::UnitZ()) * (robot.position - first.position);
+      run.worst_m = std::max(run.worst_m, (estimate.p_odom_body - moved).head<2>().norm());
+    }
+    for (const std::string& reason : reasons_in(out)) run.reasons.push_back(reason);
+  }
+  return run;
+}
+
+Sensor scaled(double scale) {
+  return [scale](const Vector3d& force) { return Vector3d(scale * force); };
+}
+
+const char* const kTold = "accelerometer: its specific force is ";
+
+TEST(Accelerometer, AWrongScaleIsTakenOutAndTold) {
+  const Course right = course_by(scaled(1.0));
+  ASSERT_TRUE(right.start_s);
+  EXPECT_LT(right.worst_m, 0.03);
+  EXPECT_FALSE(right.told("accelerometer"));
+  for (const double scale : {0.55, 0.8, 1.2, 1.45}) {
+    const Course run = course_by(scaled(scale));
+    ASSERT_TRUE(run.start_s) << scale;
+    EXPECT_EQ(*run.start_s, *right.start_s);
+    EXPECT_NEAR(run.worst_m, right.worst_m, 2e-3) << scale;
+    const std::string percent = std::to_string(std::lround(100 * scale));
+    EXPECT_TRUE(run.told(kTold + percent + " % of gravity")) << scale;
+  }
+}
+
+// Another unit, or no accelerometer.
+TEST(Accelerometer, WhatIsFarFromGravityIsNoScale) {
+  for (const double scale : {1 / kStandardGravity, 0.0, 0.4, 1.6}) {
+    const Course run = course_by(scaled(scale), 60.0);
+    EXPECT_FALSE(run.start_s) << scale;
+    EXPECT_TRUE(run.told("is not gravity")) << scale;
+    EXPECT_FALSE(run.told(kTold)) << scale;
+  }
+}
+
+// Accelerations of a drive are not known so well: it waits for as long as for other signs.
+TEST(Accelerometer, AWrongScaleIsTakenOutOnTheMove) {
+  for (const double scale : {0.8, 1.2}) {
+    const Course run = course_by(scaled(scale), -2.9);
+    ASSERT_TRUE(run.start_s) << scale;
+    EXPECT_LT(*run.start_s, 15.0);
+    EXPECT_LT(run.worst_m, 0.1) << scale;
+    EXPECT_TRUE(run.told(kTold)) << scale;
+  }
+}
+
+// Across gravity no standstill tells a bias from a tilt; along it, that the sensor has some.
+TEST(Accelerometer, ABiasIsLearntFromTurnsIfGravityShowsThatThereIsSome) {
+  const Vector3d bias(0.3, -0.2, 0.2);
+  const Sensor biased = [&](const Vector3d& force) { return Vector3d(force + bias); };
+  double mean_m = 0.0, right_m = 0.0;
+  constexpr unsigned kDrives = 12;
+  for (unsigned seed = 1; seed <= kDrives; ++seed) {
+    mean_m += course_by(biased, 3.0, seed).worst_m / kDrives;
+    right_m += course_by(scaled(1.0), 3.0, seed).worst_m / kDrives;
+  }
+  EXPECT_LT(mean_m, right_m + 0.01);
+}
+
+// An encoder of some centimetres a tick, as a few magnets on a wheel give it.
+// Goes 1.4 m in 4 s and stands for 2 s, again and again. The greatest error of the position, m.
+double worst_error(unsigned seed, double tick_m, double resolution_m) {
+  constexpr double kStands = 3.0, kGoes = 4.0, kRound = 6.0, kSpeed = 0.7;  // s, m/s
+  Odometry odometry(default_config({"gpr.enabled=false"}));
+  Noise noise(seed);
+  const auto speed_at = [&](double t) {
+    const double in_round = t < kStands ? kRound : std::fmod(t - kStands, kRound);
+    const double middle = 0.5 * kGoes;
+    return kSpeed * std::max(0.0, 1.0 - std::abs(in_round - middle) / middle);
+  };
+  PlanarRobot robot(speed_at);
+  double worst = 0.0;
+  for (int i = 0; i < 6000; ++i, robot.move()) {
+    ImuSample imu = robot.imu();
+    imu.acceleration += noise.vector(0.05);
+    imu.angular_velocity = noise.vector(0.002);
+    odometry.add(imu);
+    const double ticks = std::floor(robot.way_m / tick_m);
+    if (i % 5 == 0) odometry.add(WheelSample{imu.time, tick_m * ticks, resolution_m});
+    for (const OdometryEstimate& estimate : odometry.step().odometry)
+      if (estimate.time == imu.time)
+        worst = std::max(worst, std::abs(estimate.p_odom_body.x() - robot.way_m));
+  }
+  return worst;
+}
+
+TEST(CoarseEncoder, ItsTicksAreNeitherSlipNorStandstill) {
+  for (const double tick_m : {0.02, 0.05}) {
+    double with = 0.0, without = 0.0;
+    for (const unsigned seed : {1, 2}) {
+      with = std::max(with, worst_error(seed, tick_m, tick_m));
+      without = std::max(without, worst_error(seed, tick_m, 0.0));
+    }
+    EXPECT_LT(with, 0.05 + 4 * tick_m);
+    EXPECT_GT(without, 4 * with) << "the resolution need not be known";
+  }
 }
 
 }  // namespace
