@@ -185,6 +185,20 @@ TEST_F(TwoAntennas, TheOtherOneIsFollowedWhileTheFirstIsGone) {
   EXPECT_EQ(followed_after(9.0, 12.0, true), 0);
 }
 
+TEST(Health, EndOfAConditionIsReportedWithItsTextUnlessItWasAwaited) {
+  using Warnings = std::vector<std::string>;
+  Health health(10.0);
+  health.set("WHEEL", HealthLevel::kDegraded, "no data for a second or more");
+  EXPECT_EQ(health.take_warnings(), Warnings{"WHEEL: no data for a second or more"});
+  EXPECT_EQ(health.status(1).reasons, Warnings{"WHEEL: no data for a second or more"});
+  health.set("WHEEL", HealthLevel::kDegraded, "");
+  EXPECT_EQ(health.take_warnings(), Warnings{"WHEEL: over: no data for a second or more"});
+  EXPECT_TRUE(health.status(2).reasons.empty());
+  health.await("start", HealthLevel::kDegraded, "collecting");
+  health.set("start", HealthLevel::kDegraded, "");
+  EXPECT_TRUE(health.take_warnings().empty());
+}
+
 // As in a tunnel. A receiver that sends nothing has no outage: fixes may be rare.
 TEST(FixOutage, IsToldAfterASecondOfMessagesWithoutAPositionAndIsOverWithTheNext) {
   const Config config = default_config({});
