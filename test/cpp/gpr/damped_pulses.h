@@ -7,6 +7,8 @@
 #include <random>
 #include <vector>
 
+#include "support/derivative.h"
+
 namespace gprodom::gpr {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -83,37 +85,27 @@ struct PeakBound {
 // of every pulse and gamma unknown, the onsets known, from samples [begin, end).
 inline PeakBound peak_bound(const std::vector<TruePulse>& pulses, double gamma, std::size_t k,
                             double place, int begin, int end, double sigma) {
-  const auto count = static_cast<Eigen::Index>(4 * pulses.size() + 1);
-  const auto shifted = [&](Eigen::Index which, double step) {
-    std::vector<TruePulse> moved = pulses;
-    if (which + 1 == count) return moved;
-    TruePulse& pulse = moved[static_cast<std::size_t>(which / 4)];
-    double* const parameter[] = {&pulse.alpha, &pulse.beta, &pulse.omega, &pulse.phi};
-    *parameter[which % 4] += step;
-    return moved;
-  };
   PeakBound bound;
   bound.time = maximum_near(pulses[k], place);
   bound.amplitude = gamma + pulses[k].curve(bound.time);
-
-  constexpr double kStep = 1e-5;
-  Eigen::MatrixXd jacobian(end - begin, count), peak(2, count);
-  for (Eigen::Index p = 0; p < count; ++p) {
-    const bool last = p + 1 == count;
-    const auto up = shifted(p, kStep), down = shifted(p, -kStep);
-    const double gamma_up = gamma + (last ? kStep : 0.0), gamma_down = gamma - (last ? kStep : 0.0);
-    for (int i = begin; i < end; ++i) {
-      jacobian(i - begin, p) =
-          (model(up, gamma_up, i) - model(down, gamma_down, i)) / (2.0 * kStep);
-    }
-    const double time_up = maximum_near(up[k], bound.time);
-    const double time_down = maximum_near(down[k], bound.time);
-    peak(0, p) = (time_up - time_down) / (2.0 * kStep);
-    peak(1, p) =
-        (gamma_up + up[k].curve(time_up) - gamma_down - down[k].curve(time_down)) / (2.0 * kStep);
-  }
-  const Eigen::MatrixXd information = jacobian.transpose() * jacobian / (sigma * sigma);
-  const Eigen::MatrixXd covariance = peak * information.inverse() * peak.transpose();
+  // All samples, and the maximum's time and amplitude.
+  const auto seen = [&](const Eigen::VectorXd& d) {
+    std::vector<TruePulse> moved = pulses;
+    const double* by = d.data();
+    for (TruePulse& pulse : moved)
+      for (double* const parameter : {&pulse.alpha, &pulse.beta, &pulse.omega, &pulse.phi})
+        *parameter += *by++;
+    Eigen::VectorXd all(end - begin + 2);
+    for (int i = begin; i < end; ++i) all[i - begin] = model(moved, gamma + *by, i);
+    const double time = maximum_near(moved[k], bound.time);
+    all.tail<2>() << time, gamma + *by + moved[k].curve(time);
+    return all;
+  };
+  const auto count = static_cast<Eigen::Index>(4 * pulses.size() + 1);
+  const Eigen::MatrixXd J = numeric_jacobian(count, 1e-5, seen);
+  const auto of_samples = J.topRows(end - begin), of_peak = J.bottomRows(2);
+  const Eigen::MatrixXd information = of_samples.transpose() * of_samples / (sigma * sigma);
+  const Eigen::MatrixXd covariance = of_peak * information.inverse() * of_peak.transpose();
   bound.time_sigma = std::sqrt(covariance(0, 0));
   bound.amplitude_sigma = std::sqrt(covariance(1, 1));
   return bound;

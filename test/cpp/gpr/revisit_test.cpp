@@ -232,14 +232,10 @@ TEST_F(OneRun, ChanceIsThatOfPlacesThatTheMemoryCovers) {
   EXPECT_GT(match.margin, 3.0);
 }
 
-TEST(GlobalSearch, MatchIsInvalidIfNothingCanBeCompared) {
-  const Columns traces = drive(1, 1.0, kSpacing, 601, 10);
-  const PatchFilter filter(traces, kSpacing, SyntheticGround::kSampleInterval);
-  GlobalSearch search(filter, kSpacing);
-  const Columns query = filter.apply(traces);
-  EXPECT_FALSE(search.find({{query, {}}}).valid);  // nothing is remembered
-  search.add_run(0, query);
-  EXPECT_FALSE(search.find({{query.topRows(150), {}}}).valid);  // too short
+TEST_F(OneRun, MatchIsInvalidIfNothingCanBeCompared) {
+  const Columns query = filter.apply(first);
+  EXPECT_FALSE(GlobalSearch(filter, kSpacing).find({{query, {}}}).valid);  // nothing is remembered
+  EXPECT_FALSE(search.find({{query.topRows(150), {}}}).valid);             // too short
   EXPECT_TRUE(search.find({{query.topRows(300), {}}}).valid);
   EXPECT_THROW(search.add_run(700, query.leftCols(3)), std::invalid_argument);
 }

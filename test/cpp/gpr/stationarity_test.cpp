@@ -266,14 +266,6 @@ TEST(Stationarity, SightIsCoarseForTracesWithoutCoherence) {
   EXPECT_GT(at_first->times_least, 100.0);
 }
 
-TEST(FrontEnd, IsMadeForEveryChoiceButNone) {
-  GprConfig config;
-  for (const char* name : names_like(config.front_end)) {
-    config.front_end = *find_choice<FrontEndKind>(name);
-    EXPECT_EQ(make_front_end(config) == nullptr, config.front_end == FrontEndKind::kNone) << name;
-  }
-}
-
 // It keeps what depends on the samples used alone. A window with other ones must not get that.
 TEST(WindowAnalyser, DoesNotDependOnTheWindowsBefore) {
   constexpr int kSamples = 120, kTraces = 9;
