@@ -137,17 +137,6 @@ TEST_F(GroundFilesTest, AFileThatCannotBeUsedIsNotOverwritten) {
   }
 }
 
-TEST_F(GroundFilesTest, ForgottenGroundGetsAnotherName) {
-  files_.set_aside(path(), told_);
-  EXPECT_TRUE(names().empty());
-  const SavedGround ground = saved(driven(3, 6.0));
-  replaced(ground);
-  files_.set_aside(path(), told_);
-  EXPECT_EQ(names(), std::set<std::string>{"ground.kept-1.map"});
-  EXPECT_EQ(bytes_of(kept(1)), ground.bytes);
-  EXPECT_EQ(take_told().size(), 1U);
-}
-
 // Version 1 does not say where its ground comes from. Of what it has written itself, this knows.
 TEST_F(GroundFilesTest, GroundOfVersionOneGrows) {
   GroundMap ground = driven(3, 6.0).features_alone();

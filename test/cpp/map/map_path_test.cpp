@@ -199,14 +199,5 @@ TEST(MapPath, PlacesNearRemovedNodesBelongToTheRemainingOnes) {
   }
 }
 
-TEST(MapPath, DistanceDecreasesWhenDrivingBackwards) {
-  MapPath path(0.5);
-  for (int i = 0; i <= 40; ++i)
-    path.add(state_at(i * kInterval, 0.1 * (i <= 20 ? i : 40 - i), 0.0));
-  EXPECT_NEAR(path.distance_at(20 * kInterval), 2.0, 1e-9);
-  EXPECT_NEAR(path.distance_at(40 * kInterval), 0.0, 1e-9);
-  EXPECT_NEAR(path.travelled(), 4.0, 1e-9);
-}
-
 }  // namespace
 }  // namespace gprodom

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <random>
 #include <utility>
 
@@ -21,35 +22,30 @@ struct Track {
   std::vector<bool> trusted;
   PassMerger merger;
 
-  // to: the place to which a node's ground is tied; if there is none, the ground is new.
+  // ground: the places to which that of the nodes is tied; if there are none, it is new.
   void drive(std::size_t steps, const std::vector<std::size_t>& ground) {
     for (std::size_t i = 0; i < steps; ++i) {
-      travelled += kSpacing;
-      const bool known = !ground.empty();
-      const Eigen::Vector2d place =
-          known ? nodes[ground[i % ground.size()]].in_map : Eigen::Vector2d(travelled, 0.0);
-      nodes.push_back({travelled, !known, place});
-      cut.push_back(false);
-      if (known) {
-        revisits.push_back({ground[i % ground.size()], nodes.size() - 1});
-        trusted.push_back(true);
-      }
-      if (nodes.size() % 10 == 0) merge();
+      if (ground.empty())
+        add(true, {travelled + kSpacing, 0.0}, std::nullopt);
+      else
+        add(false, nodes[ground[i % ground.size()]].in_map, ground[i % ground.size()]);
     }
   }
-
   // Round after round over ground of an earlier track.
   void drive_in_map(std::size_t steps, std::size_t round) {
-    for (std::size_t i = 0; i < steps; ++i) {
-      travelled += kSpacing;
-      nodes.push_back({travelled, false, {kSpacing * static_cast<double>(i % round), 0.0}});
-      cut.push_back(false);
-      revisits.push_back({kInMap, nodes.size() - 1});
-      trusted.push_back(true);
-      if (nodes.size() % 10 == 0) merge();
-    }
+    for (std::size_t i = 0; i < steps; ++i)
+      add(false, {kSpacing * static_cast<double>(i % round), 0.0}, kInMap);
   }
-
+  void add(bool has_ground, const Eigen::Vector2d& place, std::optional<std::size_t> tied_to) {
+    travelled += kSpacing;
+    nodes.push_back({travelled, has_ground, place});
+    cut.push_back(false);
+    if (tied_to) {
+      revisits.push_back({*tied_to, nodes.size() - 1});
+      trusted.push_back(true);
+    }
+    if (nodes.size() % 10 == 0) merge();
+  }
   void merge() {
     const auto [stay, cut_now] = merger.judge(nodes, revisits, trusted);
     ASSERT_EQ(stay.size(), nodes.size());
@@ -125,6 +121,12 @@ TEST(PassMerger, NodesOverTheSameGroundAreBounded) {
   EXPECT_EQ(track.nodes.size(), early);
   // The first passes are those that stay, and are still tied to where they were.
   EXPECT_EQ(track.revisits.front().query, 20U);
+  // Revisits move the map as a whole. That does not make its ground new.
+  for (int i = 1; i <= 10; ++i) {
+    for (PassMerger::Node& node : track.nodes) node.in_map += Eigen::Vector2d(0.3, 0.7);
+    track.drive(1000, all_of(0, 20));
+  }
+  EXPECT_LT(track.nodes.size(), early + 10);
 }
 
 // Its places are held, and no pass relates them any better.
@@ -145,19 +147,6 @@ TEST(PassMerger, StepsOverWellKnownGroundAreCut) {
   for (int lap = 0; lap < 5; ++lap) track.drive(200, all_of(0, 200));
   EXPECT_LT(track.longest_step(), 4.0);
   EXPECT_GT(std::count(track.cut.begin(), track.cut.end(), true), 1);
-}
-
-// Revisits move the map as a whole. That does not make its ground new.
-TEST(PassMerger, AMapThatMovesIsTheSameMap) {
-  Track track;
-  track.drive(20, {});
-  track.drive(1000, all_of(0, 20));
-  const std::size_t early = track.nodes.size();
-  for (int i = 1; i <= 10; ++i) {
-    for (PassMerger::Node& node : track.nodes) node.in_map += Eigen::Vector2d(0.3, 0.7);
-    track.drive(1000, all_of(0, 20));
-  }
-  EXPECT_LT(track.nodes.size(), early + 10);
 }
 
 // A robot that wanders stores several passes over a place, and is tied now to one, now to another.
