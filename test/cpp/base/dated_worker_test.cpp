@@ -3,30 +3,23 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <condition_variable>
+#include <atomic>
 #include <future>
-#include <mutex>
 #include <stdexcept>
 #include <thread>
+
+#include "support/gate.h"
 
 namespace gprodom {
 namespace {
 
-// Work that is not done before it is let go.
-class HeldWork {
- public:
-  void let_go() { promise_.set_value(); }
-  std::function<int()> giving(int result) const {
-    return [open = open_, result] {
-      open.wait();
-      return result;
-    };
-  }
-
- private:
-  std::promise<void> promise_;
-  std::shared_future<void> open_ = promise_.get_future().share();
-};
+// Work that is not done before the gate is opened.
+std::function<int()> held_by(const Gate& gate, int result) {
+  return [&gate, result] {
+    gate.wait();
+    return result;
+  };
+}
 
 using Due = std::optional<DatedWorker<int>::Due>;
 
@@ -67,9 +60,9 @@ TEST(DatedWorker, ResultIsNotReturnedBeforeItsTime) {
 
 // Nobody waits for it, or a slow solver would hold up every pose; and it is counted once.
 TEST(DatedWorker, LateResultComesWhenItIsThere) {
-  HeldWork held;
+  Gate held;
   DatedWorker<int> worker(Execution::kThreaded);
-  worker.submit(10, held.giving(1));
+  worker.submit(10, held_by(held, 1));
   worker.submit(20, [] { return 2; });
   EXPECT_FALSE(worker.next_due(9));
   EXPECT_EQ(worker.take_late(9), 0U);
@@ -77,33 +70,36 @@ TEST(DatedWorker, LateResultComesWhenItIsThere) {
   EXPECT_EQ(worker.take_late(12), 1U);
   EXPECT_FALSE(worker.next_due(25));
   EXPECT_EQ(worker.take_late(25), 1U);  // the second: it waits behind the first
-  held.let_go();
+  held.open();
   worker.drain();
   expect_result(worker.next_due(26), 10, 1);
   expect_result(worker.next_due(26), 20, 2);
   EXPECT_EQ(worker.take_late(26), 0U);
 }
 
-TEST(DatedWorker, LateJobIsDroppedAndTheNextOneIsReturned) {
-  HeldWork held;
+TEST(DatedWorker, LateJobIsDroppedWithItsExceptionAndTheNextOneIsReturned) {
+  Gate held;
   DatedWorker<int> worker(Execution::kThreaded);
-  worker.submit(10, held.giving(1));
+  worker.submit(10, [work = held_by(held, 1)]() -> int {
+    work();
+    throw std::runtime_error("singular");
+  });
   worker.submit(20, [] { return 2; });
   EXPECT_EQ(worker.drop_late(9), 0U);
   EXPECT_EQ(worker.drop_late(12), 1U);
   EXPECT_EQ(worker.drop_late(12), 0U);  // told once only
   EXPECT_FALSE(worker.next_due(12));
-  held.let_go();
+  held.open();
   worker.drain();
   expect_result(worker.next_due(25), 20, 2);
   EXPECT_FALSE(worker.next_due(1000));  // nor does it come afterwards
 }
 
 TEST(DatedWorker, WhatWaitsBehindADroppedJobIsNotRun) {
-  HeldWork held;
+  Gate held;
   DatedWorker<int> worker(Execution::kThreaded);
   int begun = 0;
-  worker.submit(10, [&begun, work = held.giving(1)] {
+  worker.submit(10, [&begun, work = held_by(held, 1)] {
     ++begun;
     return work();
   });
@@ -115,30 +111,17 @@ TEST(DatedWorker, WhatWaitsBehindADroppedJobIsNotRun) {
   }
   EXPECT_EQ(worker.drop_late(22), 3U);
   EXPECT_LE(worker.waiting(), 2U);  // the one that runs may not have begun
-  held.let_go();
+  held.open();
   worker.drain();
   EXPECT_LE(begun, 2);
   expect_result(worker.next_due(50), 40, 40);
 }
 
-TEST(DatedWorker, ExceptionOfADroppedJobIsDropped) {
-  HeldWork held;
-  DatedWorker<int> worker(Execution::kThreaded);
-  worker.submit(10, [work = held.giving(1)]() -> int {
-    work();
-    throw std::runtime_error("singular");
-  });
-  EXPECT_EQ(worker.drop_late(10), 1U);
-  held.let_go();
-  worker.drain();
-  EXPECT_FALSE(worker.next_due(1000));
-}
-
 TEST(DatedWorker, JobsThatWaitAreTakenBackOnceTheOldestIsDue) {
-  HeldWork held;
+  Gate held;
   DatedWorker<int> worker(Execution::kThreaded);
   std::promise<void> begun;
-  worker.submit(10, [&begun, work = held.giving(1)] {
+  worker.submit(10, [&begun, work = held_by(held, 1)] {
     begun.set_value();
     return work();
   });
@@ -150,7 +133,7 @@ TEST(DatedWorker, JobsThatWaitAreTakenBackOnceTheOldestIsDue) {
   EXPECT_EQ(worker.waiting(), 2U);
   EXPECT_EQ(worker.withdraw_late(20), 2U);
   worker.submit(40, [] { return 4; });
-  held.let_go();
+  held.open();
   worker.drain();
   expect_result(worker.next_due(50), 10, 1);
   expect_result(worker.next_due(50), 40, 4);
@@ -160,23 +143,18 @@ TEST(DatedWorker, JobsThatWaitAreTakenBackOnceTheOldestIsDue) {
 // speed does not matter.
 TEST(DatedWorker, JobsSlowerThanTheirPeriodEndInASteadyState) {
   constexpr TimeNs kTick = 10, kTakes = 12, kBudget = 50;
-  std::mutex mutex;
-  std::condition_variable changed;
-  int running = 0, let_go = 0;                    // number of the job
+  std::atomic<int> running{0}, let_go{0};         // numbers of jobs
   DatedWorker<int> worker(Execution::kThreaded);  // ends first: its jobs use what is above
   const auto work = [&](int number) {
     return [&, number] {
-      std::unique_lock lock(mutex);
       running = number;
-      changed.notify_all();
-      changed.wait(lock, [&] { return let_go >= number; });
+      while (let_go < number) std::this_thread::yield();
       return number;
     };
   };
   const auto await_running = [&](int other_than) {
-    std::unique_lock lock(mutex);
-    changed.wait(lock, [&] { return running != other_than; });
-    return running;
+    while (running == other_than) std::this_thread::yield();
+    return running.load();
   };
   std::size_t dropped = 0, most = 0;
   int submitted = 0, answered = 0, now_running = 0, newest = 0;
@@ -185,11 +163,7 @@ TEST(DatedWorker, JobsSlowerThanTheirPeriodEndInASteadyState) {
     if (now_running > 0 && now >= ends) {
       const auto before = worker.work_time().ready.count();
       const bool another = worker.waiting() > 0;
-      {
-        const std::lock_guard lock(mutex);
-        let_go = now_running;
-      }
-      changed.notify_all();
+      let_go = now_running;
       while (worker.work_time().ready.count() == before) std::this_thread::yield();
       now_running = another ? await_running(now_running) : 0;
       ends = now + kTakes;
@@ -213,11 +187,7 @@ TEST(DatedWorker, JobsSlowerThanTheirPeriodEndInASteadyState) {
   EXPECT_GT(answered, 700);  // of the 833 that can be
   EXPECT_LT(submitted - newest, 10);
   EXPECT_NEAR(answered + static_cast<double>(dropped), submitted, 6);
-  {
-    const std::lock_guard lock(mutex);
-    let_go = submitted;
-  }
-  changed.notify_all();
+  let_go = submitted;
 }
 
 }  // namespace
