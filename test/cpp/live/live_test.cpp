@@ -4,20 +4,30 @@
 
 #include <algorithm>
 #include <atomic>
+#include <filesystem>
+#include <set>
+#include <thread>
 
 #include "live/latency_watch.h"
+#include "live/message_queue.h"
 #include "live/runner.h"
 #include "pipeline/test_drive.h"
+#include "support/temporary_folder.h"
 #include "support/told.h"
 
 namespace gprodom {
 namespace {
 
 // Everything that the inputs cause, in one.
-Outputs collect(const std::vector<Input>& inputs) {
+Outputs collect(const std::vector<Input>& inputs, const Config& config = default_config(),
+                const LiveOptions& options = {}, double heard = 0.0) {
   Outputs all;
-  Live live(default_config(), [&all](const Outputs& outputs) { append(all, outputs); });
-  for (const auto& input : inputs) live.push(input);
+  Live live(
+      config, [&all](const Outputs& outputs) { append(all, outputs); }, options);
+  for (const auto& input : inputs) {
+    if (heard > 0.0) live.heard_status(heard);
+    live.push(input);
+  }
   live.stop();
   return all;
 }
@@ -30,10 +40,7 @@ TEST(Live, TakesARadarFrontEndOfOnesOwn) {
     return std::vector<gpr::Finding>();
   });
   // The data come faster than real time; with this budget no tick is late, and so none is dropped.
-  Live live(
-      default_config({"gpr.latency_budget=10"}), [](const Outputs&) {}, options);
-  for (const auto& input : standing(10.0)) live.push(input);
-  live.stop();
+  collect(standing(10.0), default_config({"gpr.latency_budget=10"}), options);
   EXPECT_NEAR(ticks, 10.0 / GprConfig().tick, 2.0);
 }
 
@@ -65,22 +72,12 @@ TEST(Live, ReportsLatenciesAndQueueLengths) {
 // Each Status has the instance of its estimator. Another instance on our channel degrades the
 // health until it is silent.
 TEST(Live, AnotherEstimatorOnItsChannelIsDegradedHealth) {
-  const auto told = [](double heard) {
-    Outputs all;
-    LiveOptions options;
-    options.instance = 5.0;
-    const Config no_radar = default_config({"gpr.enabled=false"});
-    Live live(
-        no_radar, [&all](const Outputs& outputs) { append(all, outputs); }, options);
-    for (const auto& input : standing(5.0)) {
-      live.heard_status(heard);
-      live.push(input);
-    }
-    live.stop();
-    return all;
-  };
+  LiveOptions options;
+  options.instance = 5.0;
+  const Config no_radar = default_config({"gpr.enabled=false"});
   const std::string reason = "STATUS: another estimator publishes on our channels";
-  const Outputs alone = told(5.0), two = told(7.0);
+  const Outputs alone = collect(standing(5.0), no_radar, options, 5.0);
+  const Outputs two = collect(standing(5.0), no_radar, options, 7.0);
   ASSERT_FALSE(alone.status.empty());
   EXPECT_EQ(alone.status.back().health, HealthLevel::kOk);
   EXPECT_EQ(alone.status.back().names.back(), kInstance);
@@ -140,6 +137,155 @@ TEST(Live, RejectionsAndUnknownCommandsAreReported) {
 TEST(Live, ContradictorySettingsAreRefused) {
   Config config = default_config({"smoother.lag=0.2", "smoother.state_rate=1"});
   EXPECT_THROW(Live(config, [](const Outputs&) {}), std::exception);
+}
+
+using std::chrono::milliseconds;
+
+TEST(MessageQueue, DropsAndCountsWhatDoesNotFit) {
+  MessageQueue<int> queue(3);
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(queue.push(i), i < 3);
+  EXPECT_EQ(queue.take_dropped(), 2);
+  EXPECT_EQ(queue.take_dropped(), 0);
+  EXPECT_EQ(queue.pop_all(milliseconds(0)), (std::vector<int>{0, 1, 2}));
+  EXPECT_TRUE(queue.push(5));
+}
+
+TEST(MessageQueue, ClosedQueueReturnsItsItems) {
+  MessageQueue<int> queue(3);
+  queue.push(1);
+  queue.close();
+  EXPECT_FALSE(queue.push(2));
+  EXPECT_EQ(queue.take_dropped(), 0);  // at the end nothing is lost that was asked for
+  EXPECT_FALSE(queue.finished());
+  EXPECT_EQ(queue.pop_all(milliseconds(0)).size(), 1u);
+  EXPECT_TRUE(queue.finished());
+}
+
+TEST(MessageQueue, ManyProducersLoseNothingThatFits) {
+  constexpr int kEach = 20000;
+  MessageQueue<int> queue(2 * kEach);
+  std::vector<int> received;
+  std::thread consumer([&] {
+    while (!queue.finished()) {
+      for (const int item : queue.pop_all(milliseconds(1000))) received.push_back(item);
+    }
+  });
+  auto produce = [&](int first) {
+    for (int i = 0; i < kEach; ++i) queue.push(first + 2 * i);
+  };
+  std::thread odd(produce, 1);
+  produce(0);
+  odd.join();
+  queue.close();
+  consumer.join();
+  ASSERT_EQ(received.size(), 2u * kEach);
+  int next[2] = {0, 1};  // each producer's items stay in order
+  for (const int item : received) {
+    EXPECT_EQ(item, next[item % 2]);
+    next[item % 2] += 2;
+  }
+}
+
+namespace fs = std::filesystem;
+
+class RunnerTest : public ::testing::Test {
+ protected:
+  RunnerTest() { fs::create_directory(folder_ / "state"); }
+
+  // Everything that is told when a robot that stands gets these commands after its first message.
+  std::vector<std::string> told(const std::vector<std::string>& settings,
+                                const std::vector<Command>& commands) {
+    Runner runner(default_config(settings), Execution::kInline);
+    Outputs all;
+    std::vector<Input> inputs = standing(0.1);
+    inputs.insert(inputs.begin() + 1, commands.begin(), commands.end());
+    for (const Input& input : inputs) append(all, runner.feed(input));
+    append(all, runner.finish());
+    return all.warnings;
+  }
+  static bool has(const std::vector<std::string>& told, const std::string& part) {
+    return count_with(told, part) > 0;
+  }
+
+  TemporaryFolder folder_;
+  std::string kept_ = "state.directory=" + (folder_ / "state");
+};
+
+TEST_F(RunnerTest, EveryCommandNameIsKnownAndAnotherIsRefusedWithThem) {
+  const std::string unknown = "unknown command, expected reset, save_map, load_map or locate_at";
+  for (const char* name : names_like(CommandName{}))
+    EXPECT_FALSE(has(told({}, {{0, name, ""}}), unknown)) << name;
+  EXPECT_TRUE(has(told({}, {{0, "rset", ""}}), unknown));
+}
+
+// With a folder for maps, or without one.
+TEST_F(RunnerTest, CommandsAreAnswered) {
+  const std::string reset = name_of(CommandName::kReset);
+  const std::string only_read = "state.map=read_only";
+  struct Case {
+    std::vector<std::string> settings;
+    Command command;
+    std::string answer;
+  };
+  for (const Case& asked :
+       {Case{{}, {0, reset, ""}, "the ground is kept"},
+        Case{{}, {0, reset, kResetAll}, "all is forgotten"},
+        Case{{}, {0, "save_map", "yard"}, "state.directory is empty"},
+        Case{{}, {0, "load_map", "yard"}, "state.directory is empty"},
+        Case{{kept_}, {0, "load_map", "yard"}, "yard.map: no such file"},
+        Case{{kept_, only_read}, {0, "save_map", "yard"}, "state.map is read_only"}})
+    EXPECT_TRUE(has(told(asked.settings, {asked.command}), asked.answer)) << asked.answer;
+  EXPECT_FALSE(fs::exists(folder_ / "state/ground.map"));
+  const auto refused = told({}, {{0, reset, "bogus"}});
+  EXPECT_TRUE(has(refused, "COMMAND: reset: expected no argument, or all"));
+  EXPECT_FALSE(has(refused, "reset by command"));
+}
+
+TEST_F(RunnerTest, MapCommandsUseTheStateFolder) {
+  const std::string longest(100, 'n');
+  for (const std::string& name : {std::string("Yard-2.north_1"), longest}) {
+    const auto all = told({kept_}, {{0, "save_map", name}, {0, "load_map", name}});
+    EXPECT_TRUE(has(all, name + ".map: saved"));
+    EXPECT_TRUE(has(all, "map " + name + " loaded"));
+    EXPECT_TRUE(fs::exists(folder_ / ("state/" + name + ".map")));
+  }
+}
+
+TEST_F(RunnerTest, MapNameCannotReachOtherFolders) {
+  const std::string here = folder_ / "here";
+  for (const std::string& name :
+       {std::string(), std::string("."), std::string(".."), std::string(".hidden"),
+        std::string("../outside"), std::string("below/it"), here, std::string("a b"),
+        std::string("a\n"), std::string("a\0b", 3), std::string("\xc3\xa4"),
+        std::string(101, 'n')}) {
+    for (const char* command : {"save_map", "load_map"}) {
+      const auto all = told({kept_}, {{0, command, name}});
+      EXPECT_TRUE(has(all, std::string("COMMAND: ") + command + ": expected a map's name"))
+          << command << " " << name;
+    }
+  }
+  EXPECT_EQ(folder_.files(), std::set<std::string>{"state/lock"});  // what each run leaves
+}
+
+TEST_F(RunnerTest, LocateAtWantsFourFiguresAndPerhapsAMap) {
+  for (const char* bad : {"", "1 2 3", "1 2 3 x", "1 2 3 0.5 x", "1 2 3 0.5 -1", "1 2 3 0.5 0 9",
+                          "1,2,3,0.5", "1 2 3 0", "1 2 3 -1", "1 2 3 5", "nan 2 3 0.5"}) {
+    EXPECT_TRUE(has(told({}, {{0, "locate_at", bad}}), "COMMAND: locate_at: expected ")) << bad;
+  }
+  for (const char* good : {"1 2 3 0.5", " -1.5e1 2 -3.1 0.5 0 "})
+    EXPECT_FALSE(has(told({}, {{0, "locate_at", good}}), "locate_at: expected")) << good;
+}
+
+// Without a map nothing can be saved, and that is said: who asked must not wait for ever.
+TEST_F(RunnerTest, MapCommandsAreRefusedWithoutAMap) {
+  for (const char* off : {"graph.enabled=false", "gpr.enabled=false"}) {
+    for (const char* command : {"save_map", "load_map"}) {
+      const auto all = told({kept_, off}, {{0, command, "yard"}});
+      EXPECT_TRUE(has(all, std::string("COMMAND: ") + command + ": ")) << command << " " << off;
+      EXPECT_TRUE(has(all, "graph.enabled")) << command << " " << off;
+    }
+  }
+  EXPECT_EQ(folder_.files(), std::set<std::string>{"state/lock"});
 }
 
 }  // namespace
