@@ -28,6 +28,7 @@ struct Drive {
   std::function<std::int32_t(double)> flags = [](double) { return 0; };
   std::function<double(double)> seen = [](double) { return 1.0; };  // published speed over true
   std::function<bool(double)> speed_known = [](double) { return true; };
+  std::function<int(double)> unit = [](double) { return 0; };
 };
 
 std::vector<Answer> driven(const Drive& drive) {
@@ -42,12 +43,9 @@ std::vector<Answer> driven(const Drive& drive) {
     estimate.flags = drive.flags(t);
     scale.add(estimate, drive.speed_known(t));
     if (i == 0 || i % 200 != 0) continue;
-    gpr::PathLength path;
-    path.from = from_seconds(10 + t - 1);
-    path.to = from_seconds(10 + t);
-    path.valid = true;
-    path.lengths = kSpeed / drive.metres_per_length(t) * std::exp(drive.spread * normal());
-    const Displacement metres = scale.to_metres(path);
+    const double lengths = kSpeed / drive.metres_per_length(t) * std::exp(drive.spread * normal());
+    const Displacement metres = scale.to_metres(
+        {from_seconds(9 + t), estimate.time, "radar", true, lengths, 1.0, drive.unit(t)});
     answers.push_back({t, metres.distance_m, metres.sigma_m, metres.valid});
   }
   return answers;
@@ -84,29 +82,14 @@ TEST(CoherenceScale, FollowsTheGround) {
 }
 
 TEST(CoherenceScale, BeginsAnewWithAnotherUnit) {
-  CoherenceScale scale;
-  auto metres = [&scale, second = 0](int unit, double lengths) mutable {
-    for (int i = 0; i < 200; ++i) {
-      OdometryEstimate estimate;
-      estimate.time = from_seconds(second + 0.005 * (i + 1));
-      estimate.v_body.x() = kSpeed;
-      scale.add(estimate, true);
-    }
-    gpr::PathLength path;
-    path.from = from_seconds(second);
-    path.to = from_seconds(++second);
-    path.valid = true;
-    path.unit = unit;
-    path.lengths = lengths;
-    return scale.to_metres(path);
-  };
-  for (int i = 0; i < 40; ++i) metres(1, 4.0);
-  EXPECT_NEAR(metres(1, 4.0).distance_m, kSpeed, 1e-3);
-  EXPECT_FALSE(metres(2, 12.0).valid) << "not learnt yet";
-  for (int i = 0; i < 40; ++i) metres(2, 12.0);
-  const Displacement again = metres(2, 12.0);
-  EXPECT_TRUE(again.valid);
-  EXPECT_NEAR(again.distance_m, kSpeed, 1e-3);
+  Drive drive{1, 84, 0.0};
+  drive.unit = [](double t) { return t <= 41 ? 1 : 2; };
+  drive.metres_per_length = [&](double t) { return drive.unit(t) == 1 ? 0.1 : kSpeed / 12; };
+  const auto answers = driven(drive);
+  EXPECT_NEAR(answers[40].distance_m, kSpeed, 1e-3);
+  EXPECT_FALSE(answers[41].valid) << "not learnt yet";
+  EXPECT_TRUE(answers.back().valid);
+  EXPECT_NEAR(answers.back().distance_m, kSpeed, 1e-3);
 }
 
 // The published speed is wrong from 60 s on; a slip is flagged up to half a second late.

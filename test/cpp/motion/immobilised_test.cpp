@@ -12,7 +12,7 @@ constexpr double kDug_mps = 0.4, kCreeps_mps = 0.08;
 // Has driven 4 m, on which the radar saw motion `times_least` times as fast as the slowest that it
 // sees; then it rests. Sudden slip is not looked for, so that the flag has this cause alone.
 struct Rested : Robot {
-  explicit Rested(double times_least = 50.0) : Robot(config()) {
+  explicit Rested(double times_least = 50.0) : Robot(default_config({"wheel.slip_threshold=0"})) {
     speed = wheel_speed = kSpeed;
     vibration = 20.0;
     for (int i = 0; i < 40; ++i) {
@@ -26,12 +26,6 @@ struct Rested : Robot {
     vibration = 20.0;  // as soon as the wheel turns
   }
 
-  static Config config() {
-    Config config;
-    config.wheel.slip_threshold = 0;
-    return config;
-  }
-
   // The next interval, the radar seeing a standstill as late as it does.
   StateInput standing() { return standing_since(now() - 5.0); }
 
@@ -43,6 +37,12 @@ struct Rested : Robot {
   }
 
   bool told() const { return (flags & kImmobilised) != 0; }
+  void expect_untold(int intervals) {
+    for (int i = 0; i < intervals; ++i) {
+      standing();
+      EXPECT_FALSE(told()) << i;
+    }
+  }
 };
 
 TEST(Immobilised, IsToldWhileTheWheelTurnsAndTheGroundStands) {
@@ -84,11 +84,8 @@ TEST(Immobilised, IsNotToldWhereTheImuFeelsTheRobotMove) {
     robot.standing();
   }
   robot.acceleration = 0.0;
-  for (int i = 0; i < 10; ++i) {
-    robot.standing();
-    EXPECT_FALSE(robot.told());
-    EXPECT_EQ(robot.judge.immobilised(), Immobilised::kCannotTell);
-  }
+  robot.expect_untold(10);
+  EXPECT_EQ(robot.judge.immobilised(), Immobilised::kCannotTell);
 }
 
 // The wheel slips, and the robot rolls on at less than half of its speed.
@@ -112,10 +109,7 @@ TEST(Immobilised, IsNotToldOnGroundThatLooksAlike) {
   Rested robot(1.0);
   robot.vibration = 200.0;
   robot.wheel_speed = kCreeps_mps;
-  for (int i = 0; i < 25; ++i) {
-    robot.standing();
-    EXPECT_FALSE(robot.told());
-  }
+  robot.expect_untold(25);
   EXPECT_EQ(robot.judge.immobilised(), Immobilised::kCannotTell);
 }
 
@@ -147,16 +141,12 @@ TEST(Immobilised, IsNotToldOfARobotThatTurnsOnTheSpot) {
   Rested robot;
   robot.wheel_speed = kDug_mps;
   robot.extra_rate = 0.3;
-  for (int i = 0; i < 10; ++i) {
-    robot.standing();
-    EXPECT_FALSE(robot.told());
-  }
+  robot.expect_untold(10);
 }
 
 // The judge learns the least speed that the radar sees, and uses it in its decisions.
 TEST(RadarSight, IsLearntFromDrivingAndDoesNotContradictASlowerWheel) {
-  Config config;
-  config.wheel.slip_threshold = 0;  // the radar alone knows
+  const Config config = default_config({"wheel.slip_threshold=0"});  // the radar alone knows
   for (const double times_least : {100.0, 2.0}) {
     Robot robot(config, kSpeed);
     EXPECT_FALSE(robot.judge.unseen_speed());

@@ -54,24 +54,38 @@ TEST(MotionJudge, TheNoiseOfASlowImuIsThatOfItsLastSamples) {
   }
 }
 
-TEST(MotionJudge, AWheelThatSpinsOnStandingGroundIsContradicted) {
-  Config config;
-  config.wheel.slip_threshold = 0;  // the radar alone knows
-  Robot robot(config);
-  robot.wheel_speed = 0.3;
-  robot.drive(5);
-  robot.receive(stood(robot.now() - 0.1, robot.now() + 0.3));
-  const StateInput input = robot.next();
-  EXPECT_TRUE(input.standing);
-  EXPECT_TRUE(input.wheel_contradicted);
+TEST(MotionJudge, AWheelThatSpinsOnGroundThatStandsThenIsContradicted) {
+  const Config config = default_config({"wheel.slip_threshold=0"});  // the radar alone knows
+  for (const double since : {-0.1, -0.3}) {                          // the second: of another time
+    Robot robot(config);
+    robot.wheel_speed = 0.3;
+    robot.drive(5);
+    robot.receive(stood(robot.now() + since, robot.now() + since + 0.4));
+    const StateInput input = robot.next();
+    EXPECT_EQ(input.standing, since == -0.1);
+    EXPECT_EQ(input.wheel_contradicted, since == -0.1);
+  }
 }
 
-TEST(MotionJudge, WhatTheRadarSaidOfAnotherTimeMakesNoStandstill) {
-  Robot robot;
-  robot.wheel_speed = 0.3;
-  robot.drive(5);
-  robot.receive(stood(robot.now() - 0.3, robot.now() + 0.1));
-  EXPECT_FALSE(robot.next().standing);
+TEST(RadarFinding, IsPublishedAsADisplacementInMetres) {
+  constexpr TimeNs kFrom = 1'000'000'000, kTo = 2'000'000'000;
+  const auto expect_said = [&](const Displacement& d, DisplacementKind kind, bool valid, double m) {
+    EXPECT_TRUE(d.from == kFrom && d.to == kTo && d.source == "mine" && d.score == 0.6);
+    EXPECT_EQ(d.kind, kind);
+    EXPECT_EQ(d.valid, valid);
+    EXPECT_DOUBLE_EQ(d.distance_m, m);
+  };
+  const Displacement stands = to_displacement(gpr::Standstill{kFrom, kTo, "mine", 1e-3, 0.6});
+  expect_said(stands, DisplacementKind::kMotion, true, 0.0);
+  EXPECT_EQ(stands.sigma_m, 1e-3);
+  const Displacement on_track =
+      to_displacement(gpr::TrackDisplacement{kFrom, kTo, "mine", false, -0.2, 0.05, 0.6});
+  expect_said(on_track, DisplacementKind::kSequential, false, -0.2);
+  EXPECT_EQ(on_track.sigma_m, 0.05);
+  const Displacement path =
+      to_displacement(gpr::PathLength{kFrom, kTo, "mine", true, 8.0, 0.6}, 0.05);
+  expect_said(path, DisplacementKind::kMotion, true, 0.4);
+  EXPECT_EQ(path.scale, 0.05);
 }
 
 TEST(MotionJudge, AnInvalidMeasurementIsNotUsed) {
@@ -97,9 +111,7 @@ TEST(MotionJudge, ADisplacementIsHandedOutOnceWithTheFirstStateThatItDoesNotReac
 }
 
 TEST(MotionJudge, UnsignedMotionOfAnotherProcessEntersWhateverTheCoherenceMay) {
-  Config config;
-  config.gpr.coherence.use = CoherenceUse::kNever;
-  Robot robot(config, kSpeed);
+  Robot robot(default_config({"gpr.coherence.use=never"}), kSpeed);
   Displacement d = to_displacement(moved(kStart, kStart + 0.2));
   d.kind = DisplacementKind::kMotion;
   robot.judge.add_external(d);
@@ -148,9 +160,7 @@ TEST(MotionJudge, ASlipIsToldOnceFlaggedAndContradictsTheWheel) {
 }
 
 TEST(MotionJudge, WhereTheSpeedIsNotKnownTheWheelIsNotJudgedByIt) {
-  Config config;
-  config.smoother.lag = 2.0;
-  Robot robot(config, kSpeed);
+  Robot robot(default_config({"smoother.lag=2"}), kSpeed);
   robot.newest.carried = true;
   robot.drive(5);
   robot.newest.carried = false;
@@ -187,9 +197,7 @@ TEST(MotionJudge, TheFlagsTellOfTheNewestState) {
 
 // The published speed is wrong and the wheel is right, as the radar says once a second.
 TEST(MotionJudge, ASpeedPutRightIsNoWitnessAgainstTheWheelForOneLag) {
-  Config config;
-  config.smoother.lag = 2.0;
-  Robot robot(config, kSpeed);
+  Robot robot(default_config({"smoother.lag=2"}), kSpeed);
   robot.drive(10);
   robot.speed = 1.8 * kSpeed;
   StateInput input;
@@ -242,9 +250,7 @@ TEST(MotionJudge, TooManyExternalDisplacementsBeforeTheStartAreDropped) {
 }
 
 TEST(MotionJudge, AMovedGyroBiasIsFoundAtAStandstill) {
-  Config config;
-  config.gpr.enabled = false;
-  Robot robot(config);
+  Robot robot(default_config({"gpr.enabled=false"}));
   EXPECT_TRUE(robot.drive(5).standing);
   EXPECT_EQ(robot.flags, kStanding);
   robot.extra_rate = 5e-3;
@@ -297,19 +303,19 @@ TEST(MotionJudge, TellsOfAStampRepeatedAndOfAJumpOfTheWheel) {
   MotionJudge judge{Config{}};
   EXPECT_TRUE(judge.add(ImuSample{from_seconds(1), {0, 0, 9.8}, kBias}));
   EXPECT_FALSE(judge.add(ImuSample{from_seconds(1), {0, 0, 9.9}, kBias}));
-  judge.add(WheelSample{from_seconds(1), 0.0});
-  judge.add(WheelSample{from_seconds(1.02), 50.0});
-  EXPECT_FALSE(judge.take_jump());  // the first of a fast vehicle, or a jump
-  judge.add(WheelSample{from_seconds(1.04), 50.0});
-  EXPECT_TRUE(judge.take_jump());
-  Config without_wheel;
-  without_wheel.wheel.enabled = false;
-  Robot robot(without_wheel);
-  robot.judge.add(WheelSample{from_seconds(1.0), 0.0});
-  robot.judge.add(WheelSample{from_seconds(1.02), 50.0});
-  robot.judge.add(WheelSample{from_seconds(1.04), 50.0});
-  EXPECT_FALSE(robot.judge.take_jump());
-  EXPECT_FALSE(robot.next().has_wheel);
+  for (const bool enabled : {true, false}) {
+    Config config;
+    config.wheel.enabled = enabled;
+    Robot robot(config);
+    robot.judge.add(WheelSample{from_seconds(1.0), 0.0});
+    robot.judge.add(WheelSample{from_seconds(1.02), 50.0});
+    EXPECT_FALSE(robot.judge.take_jump());  // the first of a fast vehicle, or a jump
+    robot.judge.add(WheelSample{from_seconds(1.04), 50.0});
+    EXPECT_EQ(robot.judge.take_jump(), enabled);
+    if (!enabled) {
+      EXPECT_FALSE(robot.next().has_wheel);
+    }
+  }
 }
 
 }  // namespace

@@ -8,9 +8,7 @@ namespace gprodom {
 namespace {
 
 Config two_antennas() {
-  Config config;
-  config.gpr.antennas = {{0, {0.15, 0, 0}}, {1, {-0.15, 0, 0}}};
-  return config;
+  return default_config({"gpr.antennas={0: [0.15, 0, 0], 1: [-0.15, 0, 0]}"});
 }
 
 // A wheel of 1 m/s.
@@ -23,12 +21,7 @@ struct TwoAntennas : testing::Test {
 };
 
 AntennaPassage passage(double from, double to) {
-  AntennaPassage p;
-  p.from = from_seconds(from);
-  p.to = from_seconds(to);
-  p.lever_from.x() = 0.3;
-  p.sigma_m = 0.003;
-  return p;
+  return {from_seconds(from), from_seconds(to), {0.3, 0, 0}, {0, 0, 0}, 0.003};
 }
 
 // A wheel of 1 m/s whose robot needs 0.6 s for 0.3 m: it slips by half.

@@ -40,13 +40,7 @@ TEST(SlipBelief, ALongIntervalLeavesItFinite) {
     const int steps = i == 30 ? 640 : kSteps;
     StateInput input;
     input.has_wheel = true;
-    for (int k = 0; k < steps; ++k) {
-      MotionStep step;
-      step.dt = 0.01;
-      step.acceleration = {0, 0, kGravity};
-      step.wheel_m = 0.006;
-      input.steps.push_back(step);
-    }
+    input.steps.assign(steps, {0.01, {0, 0, kGravity}, {0, 0, 0}, 0.006, false, false, {}});
     input.time = now += from_seconds(0.01 * steps);
     input.wheel_sigma_m = 1e-3;
     belief.advance(input, newest, input.noise, 0.0);

@@ -56,13 +56,20 @@ TEST(SlipWatch, RemembersIntervalsWithSlip) {
   EXPECT_FALSE(drive.slipped(2.0, 2.2));
 }
 
-// The velocity was learnt during an undetected slip. At its end the wheel is right and seems to
-// slip.
-TEST(SlipWatch, TheRadarDecidesBetweenTheWheelAndThePublishedSpeed) {
+// The velocity was learnt during an undetected slip, and the radar has confirmed the wheel.
+Drive misled(bool asked) {
   Drive drive;
   drive.run(3.0);
   drive.published = 0.75;
+  drive.asked = asked;
   drive.run(4.0);
+  return drive;
+}
+
+// The velocity was learnt during an undetected slip. At its end the wheel is right and seems to
+// slip.
+TEST(SlipWatch, TheRadarDecidesBetweenTheWheelAndThePublishedSpeed) {
+  Drive drive = misled(true);
   ASSERT_TRUE(drive.correction);
   EXPECT_NEAR(drive.correction->speed, kSpeed, 0.01);
   EXPECT_LT(drive.correction->ahead_m, -0.5);
@@ -119,11 +126,7 @@ TEST(SlipWatch, ARobotWhoseImuIsOftenWrongNeedsMoreEvidence) {
 // back.
 TEST(SlipWatch, DecisionThatCannotBeUsedAtOnceIsDropped) {
   for (const double silence : {3.0, 12.0}) {
-    Drive drive;
-    drive.run(3.0);
-    drive.published = 0.75;
-    drive.asked = false;
-    drive.run(4.0);
+    Drive drive = misled(false);
     drive.wheel_speaks = drive.radar_speaks = false;
     drive.run(0.3);
     drive.asked = true;
@@ -185,11 +188,7 @@ TEST(SlipWatch, EndOfASlipIsDetectedWhileTheSpeedIsUnknown) {
 
 // The speed published before the gap is no longer evidence.
 TEST(SlipWatch, DecisionBeforeTheSpeedWasLostIsForgotten) {
-  Drive drive;
-  drive.run(3.0);
-  drive.published = 0.75;
-  drive.asked = false;
-  drive.run(4.0);  // the radar has confirmed the wheel
+  Drive drive = misled(false);
   EXPECT_TRUE(drive.contradicted());
   drive.asked = true;
   drive.speed_known = false;
@@ -263,15 +262,21 @@ TEST(SlipWatch, SlipGoesOnUntilTheWheelAgrees) {
   EXPECT_FALSE(unsure.contradicted());
 }
 
-// The velocity drifts in a slip, and may be more than two standard deviations off at its end. The
-// end is seen all the same, since the wheel jumps towards the velocity.
-TEST(SlipWatch, JumpBackEndsASlip) {
+// A robot whose wheel has slipped for a second, at this speed.
+Drive slipping_at(double wheel_speed) {
   Drive robot = Drive::alone();
   robot.sigma = 0.02;
   robot.run(2);
-  robot.wheel_speed = 0.5 * kSpeed;
+  robot.wheel_speed = wheel_speed;
   robot.run(1);
   EXPECT_TRUE(robot.contradicted());
+  return robot;
+}
+
+// The velocity drifts in a slip, and may be more than two standard deviations off at its end. The
+// end is seen all the same, since the wheel jumps towards the velocity.
+TEST(SlipWatch, JumpBackEndsASlip) {
+  Drive robot = slipping_at(0.5 * kSpeed);
   robot.wheel_speed = kSpeed - 3 * robot.sigma;
   robot.run(1);
   EXPECT_FALSE(robot.contradicted());
@@ -280,12 +285,7 @@ TEST(SlipWatch, JumpBackEndsASlip) {
 // A velocity that accelerations with a wrong tilt carry towards the slipping wheel's. That is no
 // end of the slip: the wheel would be believed in mid-slip.
 TEST(SlipWatch, VelocityThatDriftsTowardsTheWheelEndsNoSlip) {
-  Drive robot = Drive::alone();
-  robot.sigma = 0.02;
-  robot.run(2);
-  robot.wheel_speed = 1.6 * kSpeed;
-  robot.run(1);
-  EXPECT_TRUE(robot.contradicted());
+  Drive robot = slipping_at(1.6 * kSpeed);
   const double beyond = 3 * robot.sigma;  // within the threshold of the onset
   while (robot.published < robot.wheel_speed - beyond) {
     robot.published += 0.01 * kSpeed;  // 0.1 of it in a second

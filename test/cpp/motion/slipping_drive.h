@@ -93,10 +93,7 @@ class SlippingDrive {
 
   // Of an acceleration of 1 m/s^2 forwards: what the belief says of its error, m/s^2.
   double axes_error() const {
-    MotionStep step;
-    step.dt = kInterval;
-    step.acceleration << 1, 0, kGravity;
-    return belief_->axes_error({step});
+    return belief_->axes_error({{kInterval, {1, 0, kGravity}, {0, 0, 0}, 0.0, false, false, {}}});
   }
   const slip::WheelPosition& position() const { return belief_->position(); }
   double told() const { return belief_->recent().back().l; }
@@ -146,13 +143,9 @@ class SlippingDrive {
     span_wheel_ += wheel;
     now_ += kInterval;
     if (coherence > 0 && ++intervals_ % 5 == 0) {
-      gpr::PathLength path;
-      path.from = from_seconds(now_ - 5 * kInterval);
-      path.to = input.time;
-      path.valid = true;
-      path.lengths = span_way_ / metres_per_length_ * std::exp(coherence * normal_());
-      path.unit = unit_;
-      belief_->compare(path, span_wheel_);
+      const double lengths = span_way_ / metres_per_length_ * std::exp(coherence * normal_());
+      const TimeNs from = from_seconds(now_ - 5 * kInterval);
+      belief_->compare({from, input.time, "radar", true, lengths, 1.0, unit_}, span_wheel_);
       span_way_ = span_wheel_ = 0.0;
     }
   }

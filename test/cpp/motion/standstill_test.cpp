@@ -6,6 +6,9 @@
 
 #include <cmath>
 
+#include "motion/rest/imu_noise.h"
+#include "motion/rest/rest_levels.h"
+#include "motion/rest/vibration.h"
 #include "support/noise.h"
 
 namespace gprodom {
@@ -75,55 +78,44 @@ Judged judge(const Robot& robot, const Config& config = {}) {
   return judged;
 }
 
+// A robot that differs in one thing, or in one more.
+template <class T>
+Robot with(T Robot::*what, T value, Robot robot = {}) {
+  robot.*what = value;
+  return robot;
+}
+
 TEST(Standstill, StillImuAndEitherWheelOrRadarAreEnough) {
+  const Robot spinning_wheel = with(&Robot::speed, 0.3);
   EXPECT_TRUE(judge({}).standing);
-  Robot sees_nothing;
-  sees_nothing.radar_stands = false;
-  EXPECT_TRUE(judge(sees_nothing).standing);
-  Robot spinning_wheel;
-  spinning_wheel.speed = 0.3;
+  EXPECT_TRUE(judge(with(&Robot::radar_stands, false)).standing);
   EXPECT_TRUE(judge(spinning_wheel).standing);
-  Robot neither = spinning_wheel;
-  neither.radar_stands = false;
-  EXPECT_FALSE(judge(neither).standing);
-  Robot shaken;
-  shaken.vibration = 5.0;
-  EXPECT_FALSE(judge(shaken).standing);
+  EXPECT_FALSE(judge(with(&Robot::radar_stands, false, spinning_wheel)).standing);
+  EXPECT_FALSE(judge(with(&Robot::vibration, 5.0)).standing);
 }
 
 // Two or three samples between two states show no vibration: those before count as well.
 TEST(Standstill, ASlowImuShowsIt) {
   for (const double rate : {10.0, 18.0}) {
-    Robot robot;
-    robot.imu_rate = rate;
-    robot.radar_stands = false;
+    const Robot robot = with(&Robot::radar_stands, false, with(&Robot::imu_rate, rate));
     EXPECT_GT(judge(robot).share, 0.7) << rate;
-    Robot shaken = robot, turning = robot;
-    shaken.vibration = 3.0;
-    EXPECT_EQ(judge(shaken).share, 0.0) << rate;
-    turning.rate = 0.02;
-    EXPECT_EQ(judge(turning).share, 0.0) << rate;
+    EXPECT_EQ(judge(with(&Robot::vibration, 3.0, robot)).share, 0.0) << rate;
+    EXPECT_EQ(judge(with(&Robot::rate, 0.02, robot)).share, 0.0) << rate;
   }
 }
 
 // A robot that starts to creep, over ground on which the radar cannot see such slow motion.
 TEST(Standstill, RadarDoesNotContradictAWheelBelowItsSight) {
-  Robot creeping;
-  creeping.speed = 0.04;
-  EXPECT_TRUE(judge(creeping).standing);
-  creeping.unseen = 0.05;
-  EXPECT_FALSE(judge(creeping).standing);
-  creeping.speed = 0.06;
-  EXPECT_TRUE(judge(creeping).standing);
-  creeping.speed = 0.0;
+  EXPECT_TRUE(judge(with(&Robot::speed, 0.04)).standing);
+  const Robot creeping = with(&Robot::unseen, 0.05);
+  EXPECT_FALSE(judge(with(&Robot::speed, 0.04, creeping)).standing);
+  EXPECT_TRUE(judge(with(&Robot::speed, 0.06, creeping)).standing);
   EXPECT_TRUE(judge(creeping).standing);
 }
 
 TEST(BiasWatch, SteadyRateAtAStandstillIsTheBias) {
   for (const double rate : {5e-3, 0.02, 0.04}) {
-    Robot stepped;
-    stepped.rate = rate;
-    const Judged judged = judge(stepped);
+    const Judged judged = judge(with(&Robot::rate, rate));
     EXPECT_FALSE(judged.standing);
     EXPECT_TRUE(judged.steady);
     EXPECT_FALSE(judged.turns);
@@ -132,31 +124,16 @@ TEST(BiasWatch, SteadyRateAtAStandstillIsTheBias) {
   }
 }
 
-TEST(BiasWatch, ASteadyTurnAtAStandstillIsTold) {
-  Robot stepped;
-  stepped.rate = 0.1;
-  EXPECT_TRUE(judge(stepped).turns);
-  stepped.vibration = 5.0;
-  EXPECT_FALSE(judge(stepped).turns);
-}
-
 TEST(BiasWatch, OtherRatesAreNotTheBias) {
-  Robot still;
-  EXPECT_FALSE(judge(still).bias);
-  Robot stepped;
-  stepped.rate = 5e-3;
-  Robot shaken = stepped, rolling = stepped, unseen = stepped, turning = stepped,
-        changing = stepped;
-  shaken.vibration = 5.0;
-  rolling.speed = 0.3;
-  unseen.radar_stands = false;
-  turning.rate = 0.1;
-  changing.ramp = 0.02;
-  for (const Robot& robot : {shaken, rolling, unseen, turning, changing}) {
-    const Judged judged = judge(robot);
-    EXPECT_FALSE(judged.bias) << robot.vibration << " " << robot.speed << " " << robot.radar_stands
-                              << " " << robot.rate << " " << robot.ramp;
-  }
+  EXPECT_FALSE(judge({}).bias);
+  const Robot stepped = with(&Robot::rate, 5e-3), turning = with(&Robot::rate, 0.1),
+              unseen = with(&Robot::radar_stands, false, stepped);
+  for (const Robot& robot : {with(&Robot::vibration, 5.0, stepped), unseen, turning,
+                             with(&Robot::speed, 0.3, stepped), with(&Robot::ramp, 0.02, stepped)})
+    EXPECT_FALSE(judge(robot).bias) << robot.vibration << " " << robot.speed << " " << robot.rate
+                                    << " " << robot.radar_stands << " " << robot.ramp;
+  EXPECT_TRUE(judge(turning).turns);
+  EXPECT_FALSE(judge(with(&Robot::vibration, 5.0, turning)).turns);
   Config without_radar;
   without_radar.gpr.enabled = false;
   EXPECT_TRUE(judge(unseen, without_radar).bias);
@@ -164,24 +141,18 @@ TEST(BiasWatch, OtherRatesAreNotTheBias) {
 
 // The wheel speed of a car, by a gyro on the wheel, has no sign and so a mean at rest.
 TEST(Standstill, WheelWithinItsNoiseStands) {
-  Robot car;
-  car.radar_stands = false;
-  car.speed = 0.011;
-  EXPECT_FALSE(judge(car).standing);
-  car.resting_wheel = 0.011;
-  EXPECT_TRUE(judge(car).standing);
-  car.speed = 0.05;
-  EXPECT_FALSE(judge(car).standing);
+  const Robot car = with(&Robot::radar_stands, false);
+  EXPECT_FALSE(judge(with(&Robot::speed, 0.011, car)).standing);
+  const Robot known = with(&Robot::resting_wheel, 0.011, car);
+  EXPECT_TRUE(judge(with(&Robot::speed, 0.011, known)).standing);
+  EXPECT_FALSE(judge(with(&Robot::speed, 0.05, known)).standing);
 }
 
 TEST(Standstill, UnknownGyroBiasIsNotTakenForTurning) {
-  Robot robot;
-  robot.rate = 0.006;
-  EXPECT_FALSE(judge(robot).standing);
-  robot.bias_sigma = 0.005;
-  EXPECT_TRUE(judge(robot).standing);
-  robot.rate = 0.05;
-  EXPECT_FALSE(judge(robot).standing);
+  EXPECT_FALSE(judge(with(&Robot::rate, 0.006)).standing);
+  const Robot unknown = with(&Robot::bias_sigma, 0.005);
+  EXPECT_TRUE(judge(with(&Robot::rate, 0.006, unknown)).standing);
+  EXPECT_FALSE(judge(with(&Robot::rate, 0.05, unknown)).standing);
 }
 
 // The last second of a car whose engine shakes it at rest, by another amount than before.
@@ -228,19 +199,116 @@ TEST(StandsForASecond, WithAnEngineThatRuns) {
 }
 
 TEST(StandsForASecond, NotWhatMoves) {
-  Car rolls, brakes, sets_off, rocks, pushed, stuck_wheel, shaken, exact_wheel;
-  rolls.wheel = rolls.wheel_lately = 0.03;
-  brakes.wheel_lately = 0.0;
-  sets_off.wheel_lately = 0.04;
-  rocks.rate_step = 0.01;
-  pushed.force_step = 0.3;
-  stuck_wheel.wheel = stuck_wheel.wheel_lately = 0.0;
-  stuck_wheel.estimated = 5.0;
-  shaken.vibration = 5.0;
+  Car exact_wheel;
   exact_wheel.at_rest.wheel_mps = 0.0;  // it has shown no motion at rest
-  for (const Car& car : {rolls, brakes, sets_off, rocks, pushed, stuck_wheel, shaken, exact_wheel})
+  EXPECT_FALSE(stands(exact_wheel));
+  const Car rolls{1.8, 0, 0, 0.03, 0.03}, brakes{1.8, 0, 0, 0.011, 0.0},
+      sets_off{1.8, 0, 0, 0.011, 0.04}, rocks{1.8, 0.01}, pushed{1.8, 0.0, 0.3}, shaken{5.0},
+      stuck_wheel{1.8, 0, 0, 0.0, 0.0, 5.0};
+  for (const Car& car : {rolls, brakes, sets_off, rocks, pushed, stuck_wheel, shaken})
     EXPECT_FALSE(stands(car)) << car.wheel << " " << car.wheel_lately << " " << car.rate_step << " "
                               << car.force_step << " " << car.estimated << " " << car.vibration;
+}
+
+// Levels at rest: measured at the start, or from the quietest second after a start on the move.
+
+std::vector<ImuSample> second(double vibration, int rate = 200) {  // Hz
+  Noise noise(1);
+  std::vector<ImuSample> samples;
+  const double scale = vibration * std::sqrt(static_cast<double>(rate));
+  for (int i = 0; i < rate; ++i) {
+    ImuSample sample{from_seconds(1.0 * i / rate), {0, 0, 9.80665}, {0, 0, 0}};
+    noise.shake(sample, scale * kReference.accel_density, scale * kReference.gyro_density);
+    samples.push_back(sample);
+  }
+  return samples;
+}
+
+double times_own(const RestLevels& rest) {
+  return rest.noise().accel_density / kReference.accel_density;
+}
+
+TEST(ImuNoise, IsADensityAtAnySampleRate) {
+  for (const int rate : {25, 400}) {
+    const ImuNoise noise = measured_noise(second(5.0, rate));
+    EXPECT_NEAR(noise.accel_density / kReference.accel_density, 5.0, 1.5) << rate;
+    EXPECT_NEAR(noise.gyro_density / kReference.gyro_density, 5.0, 1.5) << rate;
+  }
+}
+
+TEST(RestLevels, AfterAStartOnTheMoveTheQuietestSecondCounts) {
+  RestLevels rest;
+  rest.begin({NavState(), {}, kReference, true});
+  EXPECT_FALSE(rest.known());
+  rest.stood(second(10.0), 0.0);  // the body rocks
+  EXPECT_TRUE(rest.known());
+  EXPECT_NEAR(times_own(rest), 10.0, 1.0);
+  rest.stood(second(3.0), 0.011);
+  EXPECT_NEAR(times_own(rest), 3.0, 0.3);
+  rest.stood(second(5.0), 0.1);
+  EXPECT_NEAR(times_own(rest), 3.0, 0.3);
+  EXPECT_EQ(rest.wheel_mps(), 0.011);  // the robot sets off: its wheel does not count
+  rest.stood(second(0.1), 0.0);
+  EXPECT_EQ(times_own(rest), 1.0);  // never below the sensor's own
+}
+
+TEST(RestLevels, AStandstillAtTheStartIsKept) {
+  RestLevels rest;
+  rest.measure(second(2.0), 0.011);
+  rest.begin({NavState(), {}, kReference, false});
+  EXPECT_TRUE(rest.known());
+  EXPECT_EQ(times_own(rest), 1.0);
+  EXPECT_NEAR(rest.vibration().accel_density, 2 * kReference.accel_density,
+              0.2 * kReference.accel_density);
+  rest.stood(second(0.5), 0.02);
+  EXPECT_EQ(times_own(rest), 1.0);
+  EXPECT_EQ(rest.wheel_mps(), 0.011);
+}
+
+// When the IMU's vibration tells standing from driving, and when it does not.
+ImuNoise times(double factor) {
+  return {factor * kReference.gyro_density, factor * kReference.accel_density};
+}
+
+Vibration after_driving(const ImuNoise& level) {
+  Vibration vibration;
+  for (int i = 0; i < 100; ++i) vibration.drives(level);
+  return vibration;
+}
+
+TEST(Vibration, AnEngineHidesRestAndElectricMotorsDoNot) {
+  EXPECT_TRUE(after_driving(times(1.2)).hides_rest(times(1.5), kReference));
+  EXPECT_FALSE(after_driving(times(5.0)).hides_rest(times(1.5), kReference));
+}
+
+TEST(Vibration, OneSensorThatTellsIsEnough) {
+  const Vibration by_accel = after_driving({kReference.gyro_density, 5 * kReference.accel_density});
+  EXPECT_FALSE(by_accel.hides_rest(times(1.5), kReference));
+  const Vibration by_gyro = after_driving({5 * kReference.gyro_density, kReference.accel_density});
+  EXPECT_FALSE(by_gyro.hides_rest(times(1.5), kReference));
+}
+
+// Some of the driving is as quiet as a standstill: in the low tenth.
+TEST(Vibration, QuietMomentsOfDrivingCount) {
+  Vibration vibration;
+  for (int i = 0; i < 100; ++i) vibration.drives(times(i % 5 == 0 ? 1.0 : 5.0));
+  EXPECT_TRUE(vibration.hides_rest(times(1.5), kReference));
+}
+
+TEST(Vibration, BeforeDrivingHasShownItsLevelAnEngineMayVaryByTwo) {
+  const Vibration vibration;
+  EXPECT_TRUE(vibration.hides_rest(times(1.9), kReference));
+  EXPECT_FALSE(vibration.hides_rest(times(2.1), kReference));
+}
+
+TEST(Vibration, FarBelowDrivingIsLessThanHalfOfIt) {
+  EXPECT_FALSE(Vibration().far_below_driving(times(0.1)));
+  EXPECT_TRUE(after_driving(times(5.0)).far_below_driving(times(2.0)));
+  EXPECT_FALSE(after_driving(times(5.0)).far_below_driving(times(3.0)));
+}
+
+TEST(Vibration, WithoutAnEarlierStandstillItTellsNothing) {
+  EXPECT_TRUE(after_driving(times(5.0)).hides_rest(times(1.5), std::nullopt));
 }
 
 }  // namespace

@@ -56,21 +56,13 @@ TEST(WheelSince, AWheelThatIsContradictedOrSilentStillHoldsThePredictionSideways
 // Two antennas have measured that the robot goes three times as far as the wheel says: the pose
 // between two states goes on so, too.
 TEST(WheelSince, TheSlipThatIsKnownGoesOn) {
-  Config config;
-  config.gpr.antennas = {{0, {0.15, 0, 0}}, {1, {-0.15, 0, 0}}};
-  Robot robot(config);
-  robot.speed = kSpeed;
+  Robot robot(default_config({"gpr.antennas={0: [0.15, 0, 0], 1: [-0.15, 0, 0]}"}), kSpeed);
   robot.wheel_speed = kSpeed / 3;
   robot.vibration = 3.0;
   robot.drive(10);
   const double to = robot.now() - 0.3;
-  AntennaPassage passage;
-  passage.from = from_seconds(to - 0.3 / kSpeed);
-  passage.to = from_seconds(to);
-  passage.lever_from.x() = 0.15;
-  passage.lever_to.x() = -0.15;
-  passage.sigma_m = 0.003;
-  robot.judge.add_passage(passage);
+  const TimeNs from = from_seconds(to - 0.3 / kSpeed);
+  robot.judge.add_passage({from, from_seconds(to), {0.15, 0, 0}, {-0.15, 0, 0}, 0.003});
   robot.drive(1);
   const auto wheel = wheel_of(robot, last_way(robot, 0.0));
   ASSERT_TRUE(wheel);
