@@ -10,6 +10,7 @@
 #include "estimation/factors.h"
 #include "estimation/graph/pose_graph.h"
 #include "estimation/marginal_prior.h"
+#include "estimation/planar_steps.h"
 #include "estimation/predict.h"
 #include "estimation/state_estimator.h"
 
@@ -190,13 +191,8 @@ void pose_graph(benchmark::State& state) {
   for (auto _ : state) {
     state.PauseTiming();
     PoseGraph graph({}, {});
-    PlanarStep step;
-    step.covariance = Vector3d(4e-5, 1e-5, 4e-6).asDiagonal();
-    for (std::size_t i = 0; i < nodes; ++i) {
-      step.measured.p.x() = i < nodes / 2 ? 0.5 : -0.5;
-      step.d_scale.head<2>() = -step.measured.p;
-      graph.add_node(step);
-    }
+    for (std::size_t i = 0; i < nodes; ++i)
+      graph.add_node(step_of({{i < nodes / 2 ? 0.5 : -0.5, 0.0}, 0.0}));
     for (std::size_t i = nodes / 2 + 4; i < nodes; i += 4)
       graph.add_revisit({nodes - i, i, {}, {}, 0.005});
     state.ResumeTiming();
