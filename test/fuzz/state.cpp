@@ -3,17 +3,20 @@
 #include "persist/saved_state.h"
 #include "sealed.h"
 
+namespace {
+
+template <class Saved, class Read>
+void read_as(const std::uint8_t* data, std::size_t size, Read read) {
+  static const std::string title = title_of(to_bytes(Saved()));
+  read_sealed(title, data, size, [&](const std::string& bytes) { read("saved", bytes); });
+}
+
+}  // namespace
+
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const std::string title = title_of(to_bytes(gprodom::SavedState()));
-  static const std::string wheel_title = title_of(to_bytes(gprodom::SavedWheel()));
-  read_sealed(wheel_title, data, size,
-              [](const std::string& bytes) { gprodom::saved_wheel_from("wheel", bytes); });
-  static const std::string pair_title = title_of(to_bytes(gprodom::SavedPair()));
-  read_sealed(pair_title, data, size,
-              [](const std::string& bytes) { gprodom::saved_pair_from("pair", bytes); });
-  static const std::string slip_title = title_of(to_bytes(gprodom::SavedSlip()));
-  read_sealed(slip_title, data, size,
-              [](const std::string& bytes) { gprodom::saved_slip_from("slip", bytes); });
-  return read_sealed(title, data, size,
-                     [](const std::string& bytes) { gprodom::saved_state_from("state", bytes); });
+  read_as<gprodom::SavedWheel>(data, size, gprodom::saved_wheel_from);
+  read_as<gprodom::SavedPair>(data, size, gprodom::saved_pair_from);
+  read_as<gprodom::SavedSlip>(data, size, gprodom::saved_slip_from);
+  read_as<gprodom::SavedState>(data, size, gprodom::saved_state_from);
+  return 0;
 }

@@ -1,6 +1,6 @@
 // What others give the estimator: a radar front end in place of gpr.front_end, displacements of
 // another process, factors, positions, and messages that overtake each other.
-#include <ceres/sized_cost_function.h>
+#include <ceres/autodiff_cost_function.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -38,14 +38,9 @@ double position_at(TimeNs time) {
 // The scale and the sign of a TrackDisplacement, and its weight: no wheel tells the way.
 TEST(OwnFrontEnd, ItsDisplacementsCarryARobotWithoutAWheel) {
   const auto way = [](TimeNs tick) {
-    gpr::TrackDisplacement moved;
-    moved.from = tick - kTick;
-    moved.to = tick;
-    moved.source = "own";
-    moved.valid = true;
-    moved.distance_m = position_at(tick) - position_at(tick - kTick);
-    moved.sigma_m = 0.003;
-    return std::vector<gpr::Finding>{moved};
+    const double moved_m = position_at(tick) - position_at(tick - kTick);
+    return std::vector<gpr::Finding>{
+        gpr::TrackDisplacement{tick - kTick, tick, "own", true, moved_m, 0.003}};
   };
   const Config config = default_config({"wheel.enabled=false", "graph.enabled=false"});
   Odometry with(config, Execution::kInline, saying(way));
@@ -114,12 +109,7 @@ TEST(OwnFrontEnd, ItsStandstillHoldsAgainstAWheelThatSpins) {
     if (wheel) spinning.emplace_back(gpr::flat_trace(wheel->time));
   }
   const auto stands = [](TimeNs tick) {
-    gpr::Standstill standstill;
-    standstill.from = tick - 3 * kTick;
-    standstill.to = tick;
-    standstill.source = "own";
-    standstill.sigma_m = 0.001;
-    return std::vector<gpr::Finding>{standstill};
+    return std::vector<gpr::Finding>{gpr::Standstill{tick - 3 * kTick, tick, "own", 0.001}};
   };
   const Config config = default_config({"wheel.slip_threshold=0"});  // else the IMU contradicts it
   Odometry with(config, Execution::kInline, saying(stands));
@@ -172,29 +162,21 @@ TEST(OwnFrontEnd, WhatCannotBeIsDroppedWithAWarning) {
 // A user's factor through the whole estimator: when it is accepted, and its effect on the pose.
 
 // Residual: the height of the robot above the origin, with a standard deviation of 1 mm.
-class Height final : public ceres::SizedCostFunction<1, 3> {
- public:
-  explicit Height(double metres) : metres_(metres) {}
-  bool Evaluate(double const* const* p, double* r, double** J) const override {
-    r[0] = (p[0][2] - metres_) / 1e-3;
-    if (J && J[0]) {
-      J[0][0] = J[0][1] = 0.0;
-      J[0][2] = 1e3;
-    }
+struct Height {
+  double metres;
+  template <class T>
+  bool operator()(const T* p, T* r) const {
+    r[0] = (p[2] - T(metres)) / T(1e-3);
     return true;
   }
-
- private:
-  double metres_;
 };
 
 UserFactor height_at(double seconds, double metres) {
-  UserFactor factor;
-  factor.name = "height";
-  factor.times = {kDriveStart + from_seconds(seconds)};
-  factor.blocks = {{0, StatePart::kPosition}};
-  factor.cost = std::make_shared<Height>(metres);
-  return factor;
+  return {"height",
+          {kDriveStart + from_seconds(seconds)},
+          {{0, StatePart::kPosition}},
+          std::make_shared<ceres::AutoDiffCostFunction<Height, 1, 3>>(new Height{metres}),
+          nullptr};
 }
 
 // Stands for three seconds, then drives straight on.

@@ -1,7 +1,7 @@
 // Solver, mapper and radar that are too slow: no pose waits for them, what they are given stays
 // bounded, and what is lost is told. No clock of the machine decides: a job that is too slow is one
 // that the test lets go when it likes.
-#include <ceres/sized_cost_function.h>
+#include <ceres/autodiff_cost_function.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,18 +19,14 @@ namespace gprodom {
 namespace {
 
 // No information, and not given before the gate is opened.
-class HeldCost final : public ceres::SizedCostFunction<1, 3> {
- public:
-  explicit HeldCost(const Gate& gate) : gate_(gate) {}
-  bool Evaluate(double const* const* /*p*/, double* r, double** J) const override {
-    gate_.wait();
-    r[0] = 0.0;
-    if (J && J[0]) std::fill_n(J[0], 3, 0.0);
+struct Held {
+  const Gate& gate;
+  template <class T>
+  bool operator()(const T* p, T* r) const {
+    gate.wait();
+    r[0] = T(0.0) * p[0];
     return true;
   }
-
- private:
-  const Gate& gate_;
 };
 
 class Robot {
@@ -148,11 +144,11 @@ TEST(LateWork, SolverThatIsTooSlowHoldsUpNoPoseAndItsStatesAreBounded) {
   replay.drive(inputs, 0, at(kEnd));
   Gate gate;
   live.drive_in_time(inputs, 0, at(10.0));
-  UserFactor held;
-  held.name = "held";
-  held.times = {at(9.9)};
-  held.blocks = {{0, StatePart::kPosition}};
-  held.cost = std::make_shared<HeldCost>(gate);
+  const UserFactor held{"held",
+                        {at(9.9)},
+                        {{0, StatePart::kPosition}},
+                        std::make_shared<ceres::AutoDiffCostFunction<Held, 1, 3>>(new Held{gate}),
+                        nullptr};
   ASSERT_EQ(live.pipeline.add_factor(held), "");
   const std::size_t poses = live.poses.size();
   live.drive(inputs, at(10.0), at(20.0));

@@ -74,6 +74,12 @@ TEST_F(MapSavedByCommand, IsThatOfItsTimeWhateverFollows) {
   expect_saved(kept(), [](Odometry&) {});  // the first data make it go on from the saved pose
 }
 
+TEST_F(OdometryTest, SavingIsRefusedWithoutAMap) {
+  for (const char* off : {"graph.enabled=false", "gpr.enabled=false"})
+    EXPECT_THROW(Odometry(default_config({off})).save_map(path("other.map")), FileError);
+  EXPECT_FALSE(fs::exists(path("other.map")));
+}
+
 // state.resume_within: the age of the saved pose, at the first data, up to which it is gone on
 // from. That of the last state in effect is some tenths of a second at the end of the run.
 class ResumeTest : public OdometryTest {

@@ -32,7 +32,7 @@ TEST(RadarTask, NewRadarSettingOrGapResetsTheFrontEnd) {
   EXPECT_TRUE(answer_after(0.05, 201, 2.0000001e-10).notes.empty())
       << "rounding is no other setting";
   EXPECT_EQ(answer_after(0.05, 181, 2e-10).notes.at(0), "trace length changed" + reset);
-  EXPECT_EQ(answer_after(0.05, 201, 3e-10).notes.at(0), "sample interval changed" + reset);
+  EXPECT_EQ(answer_after(0.05, 201, 2.0001e-10).notes.at(0), "sample interval changed" + reset);
   EXPECT_EQ(answer_after(1.05, 201, 2e-10).notes.at(0), "gap in traces" + reset);
   const RadarAnswer other = answer_after(0.05, 201, 2e-10, 1);
   EXPECT_EQ(other.notes.at(0), "another antenna" + reset);
