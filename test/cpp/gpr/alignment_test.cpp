@@ -171,13 +171,6 @@ TEST(Sfm, BordersAreClampedAndBadPointsLeftOut) {
   EXPECT_THROW(build_sfm(points, 6, {4, 5, 2.0, 10.0, 0.0}, levels), std::invalid_argument);
 }
 
-TEST(Sfm, LevelsChangeAtTenthsOfTheFullPixel) {
-  EXPECT_EQ(feature_level(25.49), 0);
-  EXPECT_EQ(feature_level(25.5), 1);
-  EXPECT_EQ(feature_level(254.99), 9);
-  EXPECT_EQ(feature_level(255.0), 10);
-}
-
 TEST(AmplitudeScale, IsTheQuantileOfWhatWasSeenAndThenStays) {
   AmplitudeScale scale(0.5);
   EXPECT_FALSE(scale.fix());
