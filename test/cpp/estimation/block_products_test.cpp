@@ -38,30 +38,6 @@ TEST(BlockProducts, AddRowsByRowsWhereTheyAreNotZero) {
       Block(C.triangularView<Eigen::Lower>()).isApprox(Block(all.triangularView<Eigen::Lower>())));
 }
 
-TEST(BlockProducts, AddRowsByWeights) {
-  const Rows A = random_matrix(9).topRows<5>();
-  const Eigen::Matrix<double, 5, 1> weights = random_matrix(10).block<5, 1>(0, 0);
-  const Eigen::Matrix<double, kBlockSize, 1> before = random_matrix(11).col(0);
-  Eigen::Matrix<double, kBlockSize, 1> sum = before;
-  add_rows(A.data(), weights.data(), 5, sum);
-  EXPECT_TRUE(sum.isApprox(before + A.transpose() * weights));
-}
-
-TEST(BlockProducts, EliminateAsEigenDoes) {
-  const Block M = random_matrix(5), X = random_matrix(6);
-  const Block A = M * M.transpose() + Block::Identity();
-  Block L = A;
-  ASSERT_TRUE(cholesky(L));
-  const Block lower = L.triangularView<Eigen::Lower>();
-  EXPECT_TRUE((lower * lower.transpose()).isApprox(A));
-  Block solved = X;
-  solve_transposed_on_the_right(L, solved);
-  EXPECT_TRUE((solved * lower.transpose()).isApprox(X));
-  Block rest = A;
-  subtract_product(X, M, Part::kAll, rest);
-  EXPECT_TRUE(rest.isApprox(A - X * M.transpose()));
-}
-
 TEST(BlockProducts, NoRootOfWhatIsNotPositiveDefinite) {
   Block A = Block::Identity();
   A(9, 9) = -1.0;

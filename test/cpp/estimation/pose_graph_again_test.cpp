@@ -8,6 +8,7 @@
 
 #include "estimation/graph/planar_factors.h"
 #include "estimation/graph/pose_graph.h"
+#include "estimation/planar_steps.h"
 #include "support/derivative.h"
 #include "support/noise.h"
 
@@ -27,12 +28,9 @@ class Rounds {
 
   void drive(std::size_t nodes) {
     for (std::size_t i = 0; i < nodes; ++i) {
-      PlanarStep step;
-      step.measured = {{kStep + 0.005 * normal_(), 0.003 * normal_()},
-                       2 * M_PI / kRound + 0.002 * normal_()};
-      step.d_scale.head<2>() = -step.measured.p;
-      step.covariance = Eigen::Vector3d(2.5e-5, 9e-6, 4e-6).asDiagonal();
-      const std::size_t node = graph.add_node(step);
+      const double x = kStep + 0.005 * normal_(), y = 0.003 * normal_();
+      const double yaw = 2 * M_PI / kRound + 0.002 * normal_();
+      const std::size_t node = graph.add_node(step_of({{x, y}, yaw}, {2.5e-5, 9e-6, 4e-6}));
       if (node > kRound && node % 4 == 0) revisit(node % kRound, node, 0.0);
     }
   }
@@ -145,12 +143,8 @@ TEST(PoseGraphAgain, APieceThatNothingTiesStaysWhereItWas) {
 // rounding must not make a variance negative.
 TEST(PoseGraphAgain, CovarianceOfALoosePieceIsPositive) {
   PoseGraph graph(PlanarPose(), {});
-  for (int i = 0; i < 4000; ++i) {
-    PlanarStep step;
-    step.measured = {{1e-3, 0.0}, 1e-3};
-    step.covariance = Eigen::Vector3d(1e-14, 1e-14, 1e-14).asDiagonal();
-    graph.add_node(step);
-  }
+  for (int i = 0; i < 4000; ++i)
+    graph.add_node(step_of({{1e-3, 0.0}, 1e-3}, {1e-14, 1e-14, 1e-14}));
   std::vector<bool> cut(graph.nodes().size());
   cut[10] = true;
   graph.keep_only(std::vector<bool>(cut.size(), true), cut);
@@ -195,14 +189,6 @@ TEST(PoseGraphAgain, NodesWithoutARevisitStayWhereTheyAre) {
 // Fixes as edges of the pose graph.
 using Eigen::Vector3d;
 
-// Ahead by a node's distance, as a wheel of that scale reports it.
-PlanarStep straight(double scale) {
-  PlanarStep step;
-  step.measured.p = {scale * kStep, 0.0};
-  step.d_scale.head<2>() = -step.measured.p;
-  return step;
-}
-
 // A fix's residual against differences of itself.
 TEST(PoseGraph, FixDerivatives) {
   FixEdge fix;
@@ -222,8 +208,8 @@ TEST(PoseGraph, FixDerivatives) {
 TEST(PoseGraph, FixesAtBothEndsGiveTheScale) {
   constexpr double kLength = 90.0, kSigma = 0.02;
   PoseGraph graph(PlanarPose(), {});
-  PlanarStep step = straight(1.02);  // the wheel reports 2 % too much
-  step.covariance = Vector3d(1e-6, 1e-6, 1e-8).asDiagonal();
+  // The wheel reports 2 % too much.
+  const PlanarStep step = step_of({{1.02 * kStep, 0.0}, 0.0}, {1e-6, 1e-6, 1e-8});
   for (int i = 0; i < kLength / kStep; ++i) graph.add_node(step);
   graph.set_first_prior(Vector3d(1e8, 1e8, 10).asDiagonal());
   std::vector<FixEdge> fixes(2);
@@ -247,9 +233,7 @@ TEST(PoseGraph, FixesWithAnErrorThatLastsAreWorthLess) {
   constexpr double kSigma = 1.0, kLasts = 100.0;
   constexpr int kFixes = 1000;
   PoseGraph graph(PlanarPose(), {});
-  PlanarStep step = straight(1.0);
-  step.covariance = Vector3d(1e-10, 1e-10, 1e-12).asDiagonal();
-  graph.add_node(step);
+  graph.add_node(step_of({{kStep, 0.0}, 0.0}, {1e-10, 1e-10, 1e-12}));
   graph.set_first_prior(Vector3d(1e8, 1e8, 1e-8).asDiagonal());
   std::vector<FixEdge> fixes(kFixes);
   for (std::size_t i = 0; i < fixes.size(); ++i) {

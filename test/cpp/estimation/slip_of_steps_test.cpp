@@ -9,6 +9,7 @@
 #include "estimation/graph/planar_factors.h"
 #include "estimation/graph/pose_graph.h"
 #include "estimation/graph/robust_kernels.h"
+#include "estimation/planar_steps.h"
 #include "support/noise.h"
 
 namespace gprodom {
@@ -38,10 +39,7 @@ struct Laps {
       const bool corner = i % (kLap / 4) == kLap / 4 - 1;
       const PlanarPose step{{kStep, 0.0}, corner ? M_PI / 2 : 0.0};
       truth.push_back(compose(truth.back(), step));
-      PlanarStep seen;
-      seen.measured = {std::exp(-slip[i]) * step.p, step.yaw};
-      seen.d_scale.head<2>() = -seen.measured.p;
-      seen.covariance = Vector3d(1e-5, 1e-5, 1e-8).asDiagonal();
+      PlanarStep seen = step_of({std::exp(-slip[i]) * step.p, step.yaw}, {1e-5, 1e-5, 1e-8});
       if (noise) {
         seen.covariance = 0.01 * kNoise * kNoise * Eigen::Matrix3d::Identity();
         seen.measured.p += kNoise * Vector2d(normal(*noise), normal(*noise));
@@ -146,13 +144,6 @@ TEST(SlipOfSteps, PlacesBetweenNodesLieWhereTheSlipPutsThem) {
   EXPECT_NEAR((place.p - laps.truth[kLap + 10].p).norm(), 0.5 * kStep, 0.01);
 }
 
-TEST(SlipOfSteps, WithoutSlipNothingIsLost) {
-  const std::vector<double> none(3 * kLap, 0.0);
-  Laps may_slip(none, true, SlipModel().sigma()), never(none, true, 0.0);
-  EXPECT_LT(may_slip.error(may_slip.graph.solve(1.0, 0.02)), 1e-3);
-  EXPECT_LT(never.error(never.graph.solve(1.0, 0.02)), 1e-3);
-}
-
 // The errors are larger than the odometry's covariance says, and would fit together if the laps
 // were smaller.
 TEST(SlipOfSteps, LapsAreNotMadeSmallerToFitTogether) {
@@ -161,28 +152,6 @@ TEST(SlipOfSteps, LapsAreNotMadeSmallerToFitTogether) {
     Laps laps(one_slip(-0.2, 8), true, SlipModel().sigma(), {}, 0.0, &engine);
     EXPECT_NEAR(laps.size(laps.graph.solve(1.0, 0.02)), 1.0, 0.25) << run;
   }
-}
-
-TEST(SlipOfSteps, AWheelThatSlippedMeasuredALongerWay) {
-  const double l = -0.3;
-  WheelIncrement seen(Vector3d(0.01, 0.0, -0.02)), longer(Vector3d(0.01, 0.0, -0.02));
-  for (int i = 0; i < 5; ++i) {
-    seen.integrate({0.1, 0.2, 0.5}, 0.04, 0.02);
-    longer.integrate({0.1, 0.2, 0.5}, 0.04, std::exp(l) * 0.02);
-  }
-  const Vector3d lever_arm(0.1, 0.0, -0.2), variance(1e-4, 1e-4, 1e-4);
-  const auto slipped = WheelFactor(seen, lever_arm, variance, 1.5).with_slip(l);
-  ASSERT_TRUE(slipped);
-  NavState a, b;
-  a.gyro_bias << 0.005, 0.001, 0.0;
-  b.p_odom << 0.1, 0.01, 0.0;
-  Residual r, expected;
-  Jacobian Ja, Jb, Ja_expected, Jb_expected;
-  slipped->evaluate(a, b, r, &Ja, &Jb);
-  WheelFactor(longer, lever_arm, variance, 1.5)
-      .evaluate(a, b, expected, &Ja_expected, &Jb_expected);
-  EXPECT_LT((r - expected).norm(), 1e-9 * expected.norm());
-  EXPECT_LT((Ja - Ja_expected).norm(), 1e-9 * Ja_expected.norm());
 }
 
 // The wheel slips at the newest revisit, and no ground is known beyond. The slip has ended, sooner
@@ -199,9 +168,7 @@ TEST(SlipOfSteps, ASlipEndsWhereNothingIsKnown) {
   }
   laps.graph.solve(1.0, 0.0);
   EXPECT_NEAR(laps.graph.slip(kLap + 14), -0.17, 0.05);
-  PlanarStep straight;
-  straight.measured.p.x() = kStep;
-  straight.covariance = Vector3d(1e-5, 1e-5, 1e-8).asDiagonal();
+  PlanarStep straight = step_of({{kStep, 0.0}, 0.0}, {1e-5, 1e-5, 1e-8});
   straight.seconds = 0.25;
   straight.slip_sigma = kSigma;
   for (int i = 0; i < 240; ++i) {

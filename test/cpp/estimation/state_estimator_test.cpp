@@ -27,13 +27,8 @@ TEST(Passages, OfTwoAntennasShowTheDistanceThatASlippingWheelDoesNot) {
       for (MotionStep& step : input.steps) step.wheel_m *= 1.25;
       input.slips = {{input.time, 0.0, 0.3}};
       if (with_passages && i > 5 && i % 3 == 0) {
-        AntennaPassage passage;
-        passage.to = from_seconds(to - 0.05);
-        passage.from = from_seconds(to - 0.05 - kApart / kSpeed);
-        passage.lever_from.x() = 0.1 + kApart;
-        passage.lever_to.x() = 0.1;
-        passage.sigma_m = 0.003;
-        input.passages.push_back(passage);
+        const TimeNs seen = from_seconds(to - 0.05), before = seen - from_seconds(kApart / kSpeed);
+        input.passages = {{before, seen, {0.1 + kApart, 0, 0}, {0.1, 0, 0}, 0.003}};
       }
       result = estimator.add(input);
       if (with_passages && i > 5) {

@@ -53,14 +53,12 @@ struct Range {
 };
 
 UserFactor range_at(double seconds, double error_m = 0.0) {
-  UserFactor factor;
-  factor.name = "beacon";
-  factor.times = {from_seconds(seconds)};
-  factor.blocks = {{0, StatePart::kPosition}};
-  factor.cost = std::make_shared<ceres::AutoDiffCostFunction<Range, 1, 3>>(
-      new Range{(place(seconds) - kBeacon).norm() + error_m, 0.01});
-  factor.loss = std::make_shared<ceres::CauchyLoss>(2.0);
-  return factor;
+  const double measured_m = (place(seconds) - kBeacon).norm() + error_m;
+  return {"beacon",
+          {from_seconds(seconds)},
+          {{0, StatePart::kPosition}},
+          std::make_shared<ceres::AutoDiffCostFunction<Range, 1, 3>>(new Range{measured_m, 0.01}),
+          std::make_shared<ceres::CauchyLoss>(2.0)};
 }
 
 class UserFactorTest : public testing::TestWithParam<SolverKind> {};
@@ -125,14 +123,14 @@ TEST_P(UserFactorTest, MayConnectTwoMoments) {
     const double from = k * kInterval;
     StateInput input = interval(from, random);
     if (k >= 5) {
-      UserFactor factor;
-      factor.name = "shift";
       const double begin = from - 0.95, end = from + 0.1;
-      factor.times = {from_seconds(begin), from_seconds(end)};
-      factor.blocks = {{0, StatePart::kPosition}, {1, StatePart::kPosition}};
-      factor.cost = std::make_shared<ceres::AutoDiffCostFunction<Shift, 3, 3, 3>>(
+      const auto cost = std::make_shared<ceres::AutoDiffCostFunction<Shift, 3, 3, 3>>(
           new Shift{place(end) - place(begin)});
-      input.factors = {factor};
+      input.factors = {{"shift",
+                        {from_seconds(begin), from_seconds(end)},
+                        {{0, StatePart::kPosition}, {1, StatePart::kPosition}},
+                        cost,
+                        nullptr}};
     }
     result = with.add(input);
     ASSERT_TRUE(result.refused.empty()) << result.refused[0].reason;
@@ -156,22 +154,26 @@ TEST(UserFactor, IsRefusedWithAReason) {
   EXPECT_EQ(refusal(41, range_at(2.0)), "older than the window (smoother.lag)");
   EXPECT_EQ(refusal(42, range_at(60.0)), "newer than the newest state");
 
-  UserFactor factor = range_at(8.0);
-  factor.blocks[0].part = StatePart::kAttitude;
-  EXPECT_EQ(refusal(43, factor), "block 0: the part has 4 values, the cost function expects 3");
-  factor = range_at(8.0);
-  factor.blocks[0].moment = 1;
-  EXPECT_EQ(refusal(44, factor), "block 0: no such moment");
-  factor = range_at(8.0);
-  factor.blocks.clear();
-  EXPECT_EQ(refusal(45, factor),
-            "expected a part of the state for each parameter block of the cost function");
-  factor = range_at(8.0);
-  factor.times = {from_seconds(8.0), from_seconds(7.0)};
-  EXPECT_EQ(refusal(46, factor), "the later moment is first");
-  factor = range_at(8.0);
-  factor.cost = nullptr;
-  EXPECT_EQ(refusal(47, factor), "no cost function");
+  struct Case {
+    void (*spoil)(UserFactor&);
+    const char* reason;
+  };
+  int k = 43;
+  for (const auto& [spoil, reason] :
+       {Case{[](UserFactor& f) { f.blocks[0].part = StatePart::kAttitude; },
+             "block 0: the part has 4 values, the cost function expects 3"},
+        Case{[](UserFactor& f) { f.blocks[0].moment = 1; }, "block 0: no such moment"},
+        Case{[](UserFactor& f) { f.blocks.clear(); },
+             "expected a part of the state for each parameter block of the cost function"},
+        Case{[](UserFactor& f) {
+               f.times = {from_seconds(8.0), from_seconds(7.0)};
+             },
+             "the later moment is first"},
+        Case{[](UserFactor& f) { f.cost = nullptr; }, "no cost function"}}) {
+    UserFactor factor = range_at(8.0);
+    spoil(factor);
+    EXPECT_EQ(refusal(k++, factor), reason);
+  }
   EXPECT_EQ(refusal(48, range_at(8.0, std::nan(""))), "the cost function fails at the estimate");
 }
 
