@@ -86,7 +86,7 @@ TEST(SlipBelief, WhatIsLeftIsTheSizeOfTheError) {
     const double size = uniform(engine) < 0.5 ? -0.3 * std::abs(normal(engine)) : 0.0;
     const double phase = 6 * uniform(engine), error = 0.03 * normal(engine);
     Drive drive(kCart, wavy, zero, [=](double t) { return size * ramp(t, begin, end); });
-    drive.disturb([=](double t) { return error * std::sin(0.9 * t + phase); });
+    drive.disturbed = [=](double t) { return error * std::sin(0.9 * t + phase); };
     drive.seed(run);
     for (int t = 20; t <= 100; t += 2) {
       drive.to(t);
@@ -138,14 +138,14 @@ TEST(SlipBelief, AnotherUnitOfCoherenceIsNoSlip) {
 // to have come.
 TEST(SlipBelief, NoiseThatIsNotKnownIsNoSlip) {
   Drive drive({3e-3, 0.06}, even, zero, zero, 0.5);
-  drive.jitter(0.01);
+  drive.jitter_m = 0.01;
   EXPECT_LT(worst_told(drive, 10, 300), 0.1);
 }
 
 // A bias that moves turns what is level, and gravity leaks into the accelerations along the way.
 TEST(SlipBelief, AGyroBiasThatMovesIsNoSlip) {
   Drive drive(kCart, wavy, zero, zero);
-  drive.move_gyro_bias(1e-3, 40);
+  drive.bias_moves = {1e-3, 40.0};
   EXPECT_LT(worst_told(drive, 40, 120), 0.06);
 }
 
@@ -176,7 +176,7 @@ double corners(double t) {
 TEST(SlipBelief, BendsTellWhereTheWheelIs) {
   for (const double y : {-0.6, 0.0, 0.4}) {
     Drive drive(kCart, wavy, corners, zero);
-    drive.put_wheel(y);
+    drive.wheel_y_m = y;
     drive.to(10);
     EXPECT_NEAR(drive.position().learnt().sigma_m, 0.1, 0.1) << y;
     EXPECT_LT(worst_told(drive, 20, 100), 0.05) << y << ": it is taken for slip";
@@ -195,7 +195,7 @@ TEST(SlipBelief, ErrorOfTheWheelsPositionIsAsLargeAsItSays) {
     const double y = prior(engine);
     Drive drive({3e-4, 0.05}, wavy, corners, zero);
     drive.seed(static_cast<unsigned>(i));
-    drive.put_wheel(y);
+    drive.wheel_y_m = y;
     drive.to(25);
     const slip::LearntPosition& told = drive.position().learnt();
     sum += std::pow((told.y_m - y) / told.sigma_m, 2);
@@ -211,8 +211,8 @@ TEST(SlipBelief, AccelerationsThatAreWrongInOneBendDoNotMoveTheWheel) {
   const OfTime turn = [](double t) { return 0.8 * ramp(6 * t, 12, 24); };
   const OfTime wrong = [](double t) { return -0.6 * ramp(t, 1.5, 7.5); };
   Drive drive({3e-4, 0.12}, sets_off, turn, zero, 0.3);
-  drive.tell_noise([](double t) { return t < 2 ? 0.4 : 0.12; });
-  drive.disturb(wrong);
+  drive.accel_density = [](double t) { return t < 2 ? 0.4 : 0.12; };
+  drive.disturbed = wrong;
   double worst_m = 0.0;
   for (int t = 5; t <= 20; ++t) {
     drive.to(t);
@@ -223,7 +223,7 @@ TEST(SlipBelief, AccelerationsThatAreWrongInOneBendDoNotMoveTheWheel) {
 
 TEST(SlipBelief, AWheelIsWhereItIsConfiguredUntilBendsSayOtherwise) {
   Drive straight(kCart, wavy, zero, zero);
-  straight.put_wheel(-0.6);
+  straight.wheel_y_m = -0.6;
   straight.to(30);
   EXPECT_NEAR(straight.position().believed_m(), 0.0, 0.01);
   Config pair;
@@ -251,7 +251,7 @@ TEST(SlipBelief, AWheelIsWhereItIsConfiguredUntilBendsSayOtherwise) {
 TEST(SlipBelief, ASlipMayBeginWhileTheImuIsSilent) {
   const auto slips = [](double t) { return t > 40.1 && t < 45.1 ? 0.5 : 0.0; };
   Drive drive(kCart, wavy, zero, slips);
-  drive.silence(40.0, 40.2);
+  drive.silence = {40.0, 40.2};
   drive.to(48, 0.1);
   EXPECT_GT(drive.told_of(4.0), 0.2);
   EXPECT_NEAR(drive.told(), 0.0, 0.03);
@@ -260,13 +260,13 @@ TEST(SlipBelief, ASlipMayBeginWhileTheImuIsSilent) {
 // What was known of slip and ground before the IMU was silent holds after it.
 TEST(SlipBelief, ASlipOutlastsAGap) {
   Drive drive(kCart, wavy, zero, [](double t) { return -0.25 * ramp(t, 40, 90); });
-  drive.silence(60.0, 60.2);
+  drive.silence = {60.0, 60.2};
   drive.to(60, 0.1);
   const double before = drive.told();
   drive.to(61.4, 0.1);
   EXPECT_NEAR(drive.told(), before, 0.1);
   Drive grips(kCart, wavy, zero, zero);
-  grips.silence(60.0, 60.2);
+  grips.silence = {60.0, 60.2};
   grips.to(62, 0.1);
   EXPECT_NEAR(grips.told(), 0.0, 0.03);
 }

@@ -43,41 +43,26 @@ class SlippingDrive {
     start_.covariance(row::kScale, row::kScale) = 4e-6;
   }
 
-  // The wheel's true lateral position, m; configured is 0.
-  void put_wheel(double y_m) { wheel_y_m_ = y_m; }
+  double wheel_y_m = 0.0;             // true lateral position of the wheel; configured is 0
+  double jitter_m = 0.0;              // of each interval's wheel distance, one standard deviation
+  OfTime disturbed = zero;            // added to the accelerations forwards, m/s^2
+  OfTime accel_density;               // of the accelerations' noise, as the belief is told
+  std::pair<double, double> silence;  // of the IMU, from a time to another, s
+  // Of the gyro's pitch rate, rad/s: by which its bias moves within 20 s, and after which time, s.
+  std::pair<double, double> bias_moves;
+
   void seed(unsigned value) { normal_ = Noise(value); }
-
-  // Of each interval's wheel distance, m, beyond what is configured.
-  void jitter(double sigma_m) { jitter_m_ = sigma_m; }
-
-  // Of the gyro's pitch rate, by which its bias moves within 20 s after a time (s).
-  void move_gyro_bias(double by, double after) {
-    bias_moves_ = by;
-    bias_moves_after_ = after;
-  }
-
-  // Density of the accelerations' noise by time, as the belief is told.
-  void tell_noise(OfTime accel_density) { accel_density_ = std::move(accel_density); }
-
-  // Adds to the accelerations forwards, m/s^2.
-  void disturb(OfTime by) { disturbed_ = std::move(by); }
 
   // The accelerometer's bias forwards, m/s^2, as it was seen at standstill. Before the drive.
   void bias(double by) {
     start_.state.accel_bias.x() = by;
-    disturbed_ = [by](double) { return by; };
+    disturbed = [by](double) { return by; };
   }
 
   // Turns the accelerometer about the up axis against what is configured (rad), and mirrors its x.
   void mount(double yaw, bool mirrored) {
     mount_ << std::cos(yaw), std::sin(yaw), -std::sin(yaw), std::cos(yaw);
     if (mirrored) mount_.row(0) *= -1;
-  }
-
-  // The IMU is silent from a time to another, s.
-  void silence(double from, double to) {
-    silent_from_ = from;
-    silent_to_ = to;
   }
 
   // From now on, coherence is in another unit: as many times more lengths a metre.
@@ -116,7 +101,7 @@ class SlippingDrive {
     input.time = from_seconds(now_ + kInterval);
     input.has_wheel = true;
     input.noise = noise_;
-    if (accel_density_) input.noise.accel_density = accel_density_(now_);
+    if (accel_density) input.noise.accel_density = accel_density(now_);
     const double dt = kInterval / kSteps;
     double way = 0.0, wheel = 0.0;
     for (int i = 0; i < kSteps; ++i) {
@@ -124,17 +109,18 @@ class SlippingDrive {
       MotionStep step;
       step.dt = dt;
       step.angular_velocity << 0, 0, turn_(t);
-      step.angular_velocity.y() += bias_moves_ * std::clamp((t - bias_moves_after_) / 20, 0.0, 1.0);
+      const auto& [moves_by, moves_after] = bias_moves;
+      step.angular_velocity.y() += moves_by * std::clamp((t - moves_after) / 20, 0.0, 1.0);
       step.angular_velocity += normal_.vector(share_ * noise_.gyro_density / std::sqrt(dt));
       step.acceleration << (speed_(t + h) - speed_(t - h)) / (2 * h), v * turn_(t), kGravity;
       step.acceleration.head<2>() = mount_ * step.acceleration.head<2>();
-      step.acceleration.x() += disturbed_(t);
+      step.acceleration.x() += disturbed(t);
       step.acceleration += normal_.vector(share_ * noise_.accel_density / std::sqrt(dt));
-      step.bridged = t > silent_from_ && t < silent_to_;
+      step.bridged = t > silence.first && t < silence.second;
       if (step.bridged) step.acceleration << 0, 0, kGravity;
-      step.wheel_m = (v - wheel_y_m_ * turn_(t)) * std::exp(-slip_(t)) * dt;
+      step.wheel_m = (v - wheel_y_m * turn_(t)) * std::exp(-slip_(t)) * dt;
       way += v * dt;
-      if (i == 0) step.wheel_m += jitter_m_ * normal_();
+      if (i == 0) step.wheel_m += jitter_m * normal_();
       wheel += step.wheel_m;
       input.steps.push_back(step);
     }
@@ -152,12 +138,10 @@ class SlippingDrive {
 
   ImuNoise noise_;
   double share_;
-  OfTime speed_, turn_, slip_, disturbed_ = zero, accel_density_;
+  OfTime speed_, turn_, slip_;
   std::optional<SlipBelief> belief_;
   StateResult start_;
   Eigen::Matrix2d mount_ = Eigen::Matrix2d::Identity();
-  double wheel_y_m_ = 0.0, jitter_m_ = 0.0, bias_moves_ = 0.0, bias_moves_after_ = 0.0;
-  double silent_from_ = 0.0, silent_to_ = 0.0;
   double now_ = 0.0, span_way_ = 0.0, span_wheel_ = 0.0;
   double metres_per_length_ = kMetresPerLength;
   int intervals_ = 0, unit_ = 0;
