@@ -85,7 +85,7 @@ Correction correction_by(const MapPose& settled, const OdometryEstimate& now) {
 }
 
 MapTask::MapTask(const Config& config, Execution execution, std::optional<GroundMap> before,
-                 std::optional<Mapper::Start> start)
+                 std::optional<TrackStart> start)
     : enabled_(config.gpr.enabled && config.graph.enabled),
       follows_(config.graph.enabled && (config.gpr.enabled || config.anchor.enabled)),
       uses_fixes_(config.graph.enabled && config.anchor.enabled),

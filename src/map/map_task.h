@@ -34,7 +34,7 @@ class MapTask {
  public:
   // How odom lies in map, as Mapper has it.
   MapTask(const Config& config, Execution execution, std::optional<GroundMap> before = {},
-          std::optional<Mapper::Start> start = {});
+          std::optional<TrackStart> start = {});
   // Waits for its jobs, so that a requested saving is not lost.
   ~MapTask() { drain(); }
   MapTask(const MapTask&) = delete;
@@ -96,13 +96,14 @@ class MapTask {
   void record() { mapper_.record(); }
 
   // Of the mapper. After drain(), with no job submitted since.
-  std::vector<Revisit> revisits() const { return mapper_.revisits(); }
+  std::vector<Revisit> revisits() const { return mapper_.track().revisits(); }
   // Empty where nothing could have deformed it.
   std::vector<TrackPiece> track() const {
-    return enabled_ || mapper_.is_tied() ? mapper_.track() : std::vector<TrackPiece>();
+    const TrackGraph& track = mapper_.track();
+    return enabled_ || track.in_site() ? track.pieces() : std::vector<TrackPiece>();
   }
   std::vector<UsedFix> used_fixes() const { return mapper_.used_fixes(); }
-  PlanarPose map_from_odom() const { return mapper_.map_from_odom(); }
+  PlanarPose map_from_odom() const { return mapper_.track().map_from_odom(); }
 
  private:
   // What a job does: input for the mapper, then savings of the ground, the one of what is new last.

@@ -1,189 +1,191 @@
 #include "map/mapper.h"
 
 #include <algorithm>
-#include <cmath>
-#include <stdexcept>
 #include <utility>
 
-#include "gprodom/version.h"
-#include "map/crowded_ground.h"
-#include "map/map_frame.h"
+#include "estimation/graph/slip_model.h"
+#include "map/search_window.h"
 
 namespace gprodom {
 namespace {
 
-constexpr double kSolveEvery = 1.0;       // s of data time, and
-constexpr double kSolveEveryNode = 1e-3;  // s of data time a node, so that the work stays bounded
-// Where the track has crossed itself again and again, a solution costs far more than by its nodes:
-// it may take this much work (NormalMatrix::work()) for each second of data until the next one: a
-// twentieth of a core that does 1e9 multiplications a second.
-constexpr double kSolveWork = 5e7;
-constexpr double kSolveAnyway = 10.0;  // s of data time; solves without a new revisit, since the
-                                       // scale is learnt meanwhile
+// Squared correlation, the share of the variance that the stored ground explains. Below a half most
+// of the ground is new, as 20 cm aside.
+constexpr double kAlike = 0.5;
 
 }  // namespace
 
-gpr::TraceMemoryOptions memory_options(const Config& config) {
-  gpr::TraceMemoryOptions options;
-  options.filter.wave_speed = config.gpr.wave_speed;
-  return options;
-}
-
-Mapper::Mapper(const Config& config, std::optional<GroundMap> before, std::optional<Start> start)
+Mapper::Mapper(const Config& config, std::optional<GroundMap> before,
+               std::optional<TrackStart> start)
     : config_(config.graph),
-      slip_(slip_model(config.wheel)),
-      antennas_(config.gpr.antennas),
-      lever_arm_(config.gpr.lever_arm),
-      longest_arm_m_(lever_arm_.head<2>().norm()),
-      path_(kNodeSpacing),
-      ground_(before ? without_crowded(std::move(*before), config_.lateral_sigma)
-                     : GroundMap(memory_options(config))),
-      end_of_before_(ground_.memory.kept().end),
-      first_session_(ground_.memory.sessions().size()),
-      start_(std::move(start)),
-      map_(ground_.unused_map()),
-      fixes_(config.anchor) {
-  seeker_.antenna = {lever_arm_.head<2>(), 0.0};
-  origin_ = {lever_arm_, kVersion, config.state.robot, {}, 0};
-  const auto reach = [this](const Eigen::Vector3d& antenna) {
-    longest_arm_m_ = std::max(longest_arm_m_, antenna.head<2>().norm());
-  };
-  for (const auto& [id, antenna] : antennas_) reach(antenna);
-  for (const SessionOrigin& origin : ground_.origins) reach(origin.antenna);
-  ground_.memory.begin_session();
-  saved_end_ = end_of_before_;
-  take_datums();
-  if (ground_.identity != 0) saved_ = SavedColumns{ground_.identity, 0, end_of_before_};
-}
+      starts_in_(start ? std::optional(start->map) : std::nullopt),
+      track_(slip_model(config.wheel), std::move(start)),
+      store_(config, std::move(before)),
+      site_(config.anchor, track_, store_),
+      relocation_(config_, track_, store_),
+      search_(config_, track_, store_, relocation_) {}
 
 MapAnswer Mapper::run(const MapInput& input) {
   MapAnswer answer;
-  const bool was_located = located_;
-  follow(input.states);
-  if (!graph_) return answer;
-  note_errors(input.scale_sigma);
+  const bool was_located = store_.located();
+  track_.follow(input.states);
+  if (!track_.begun()) return answer;
+  if (const auto map = std::exchange(starts_in_, std::nullopt)) store_.locate_in(*map, true);
+  if (const auto errors = track_.errors(input.scale_sigma)) store_.note_errors(*errors);
   external_.insert(external_.end(), input.revisits.begin(), input.revisits.end());
-  take_external(answer);
-  take_fixes(input, answer);
-  if (input.told) suppose(*input.told, answer);
+  use_external(answer);
+  answer.tied = site_.take(input, answer.notes);
+  if (input.told && relocation_.suppose(*input.told, answer.notes)) search_.forget();
+  const auto take = [&](const GroundSearch::Found& found) { use_found(found, answer); };
   for (const GprTrace& trace : input.traces) {
-    remember(trace, answer);
-    search_memory(seeker_, answer);
+    if (store_.remember(trace, track_.path(), answer.notes)) search_.follow_antenna();
+    search_.look(take);
   }
-  for (const GprTrace& trace : input.beside) look_beside(trace, answer);
-  locate(answer);
-  answer.located = located_ && !was_located;
-  answer.map = map_;
-  const bool more = graph_->revisits().size() > trusted_.size() || (tied_ && fixes_changed_);
-  const bool moved = path_.travelled() > fresh_at_m_;  // else the last solution holds
-  if ((tied_ || !graph_->revisits().empty()) && path_.nodes() > 1 &&
-      path_.newest().time >= (more ? next_solve_ : solve_anyway_) && (more || moved)) {
-    solve(input.scale, input.scale_sigma, answer);
-    merge();
-  } else if (more && path_.newest().time >= next_newest_) {
-    solve_newest(answer);
-  }
-  const auto trusted = static_cast<int>(std::count(trusted_.begin(), trusted_.end(), true));
-  const int refused = static_cast<int>(trusted_.size()) - trusted;
-  if (fixes_.any()) answer.fixes = fix_report();
-  if (solved_in_site_ || trusted + merged_trusted_ > 0) {
-    answer.pose = MapPose{extend(newest_node_, path_.since_last_node(), slip_), path_.newest(),
-                          trusted + merged_trusted_, refused + merged_refused_};
-  }
-  answer.travelled_m = path_.travelled();
-  answer.sigma_m = sigma_m();
+  for (const GprTrace& trace : input.beside) search_.look_beside(trace, take);
+  if (relocation_.locate(answer.notes)) search_.forget();
+  answer.located = store_.located() && !was_located;
+  answer.map = store_.map();
+  const auto has_ground = [this](std::size_t node) {
+    return store_.column_at(track_.path(), node).has_value();
+  };
+  if (track_.solve_if_due({input.scale, input.scale_sigma}, has_ground, answer.notes))
+    site_.place_fixes();
+  answer.fixes = site_.report();
+  answer.pose = track_.pose();
+  answer.travelled_m = track_.path().travelled();
+  answer.sigma_m = relocation_.sigma_m();
   return answer;
 }
 
-void Mapper::follow(const std::vector<PathState>& states) {
-  for (const PathState& state : states) {
-    const std::optional<PlanarStep> step = path_.add(state);
-    if (!graph_) begin_graph(state);
-    if (!step) continue;
-    graph_->add_node(*step);
-    const Eigen::Vector3d variances = step->covariance.diagonal();
-    step_variances_ +=
-        Eigen::Vector3d(step->measured.p.norm(), 0.5 * (variances[0] + variances[1]), variances[2]);
-    newest_node_ = extend(newest_node_, *step, slip_);
+void Mapper::use_external(MapAnswer& answer) {
+  const MapPath& path = track_.path();
+  while (!external_.empty() && external_.front().to <= path.newest().time) {
+    const Displacement told = external_.front();
+    external_.pop_front();
+    const MapPath::Place memory = path.place(told.from), query = path.place(told.to);
+    RevisitEdge edge;
+    edge.offset_m = told.distance_m;
+    edge.sigma_m = std::max(kLeastRevisitSigma, told.sigma_m);
+    edge.lateral_m = told.lateral_m;
+    edge.lateral_sigma_m = told.lateral_sigma_m > 0 ? told.lateral_sigma_m : config_.lateral_sigma;
+    edge.mirrored = told.mirrored == (memory.direction == query.direction);
+    const PlanarPose antenna = store_.default_antenna();
+    if (told.from < path.time_of(0)) {
+      answer.notes.emplace_back("a revisit of another process begins before the track: not used");
+    } else if (path.is_forgotten(told.from)) {
+      answer.notes.emplace_back(
+          "a revisit of another process begins on a pass that the map has merged with an "
+          "earlier one: not used");
+    } else if (!track_.add_revisit(track_.end_at(memory, antenna), track_.end_at(query, antenna),
+                                   edge)) {
+      answer.notes.emplace_back("a revisit of another process contradicts the headings: not used");
+    }
   }
 }
 
-void Mapper::begin_graph(const PathState& first) {
-  PoseGraphOptions options;
-  options.slip = slip_;
-  graph_.emplace(first.pose, options);
-  newest_node_.pose = first.pose;
-  if (!start_) return;
-  join_map(start_->at);
-  located_ = ground_.holds(map_);  // else its ground was never written
-  Correction map_from_odom;
-  const double yaw = start_->at.map_from_track.yaw;
-  map_from_odom.q_map_odom = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ());
-  Eigen::Matrix3d covariance = carried_covariance(
-      map_from_odom, start_->covariance, planar_estimate(start_->since), planar_estimate(first));
-  // A pose is known no better than the origin of a track.
-  const Eigen::Vector3d least(kOriginPositionSigma, kOriginPositionSigma, kOriginYawSigma);
-  covariance.diagonal() += least.cwiseAbs2();
-  graph_->set_first_prior(covariance);
-  start_covariance_ = covariance;
-  newest_node_.covariance.topLeftCorner<3, 3>() = covariance;
-}
-
-PlanarPose Mapper::map_from_odom() const {
-  if (!moved_) return {};
-  return compose(graph_->nodes().front(), between(path_.first().pose, {}));
-}
-
-void Mapper::solve(double scale, double scale_sigma, MapAnswer& answer) {
-  double every =
-      std::max(kSolveEvery, kSolveEveryNode * static_cast<double>(graph_->nodes().size()));
-  fresh_at_m_ = path_.travelled() + kNodeSpacing;
-  try {
-    if (!tied_) graph_->set_fixes({});
-    fixes_changed_ = false;
-    const PoseGraphSolution solution = graph_->solve(scale, scale_sigma);
-    newest_node_ = solution.newest;
-    solved_in_site_ = tied_;
-    trusted_ = solution.trusted;
-    solve_work_ += solution.work;
-    every = std::max(every, solution.work / kSolveWork);
-    solved_to_m_ = path_.travelled_at(path_.nodes() - 1);
-    solved_to_covariance_ = newest_node_.covariance.topLeftCorner<3, 3>();
-    for (std::size_t i = 0; i < trusted_.size(); ++i)
-      if (trusted_[i]) note_tie(i);
-  } catch (const std::runtime_error& error) {
-    answer.notes.emplace_back(error.what());
+void Mapper::use_found(const GroundSearch::Found& found, MapAnswer& answer) {
+  const auto memory = store_.end_at(found.place.column, track_);
+  if (!memory) return;
+  const Sighting seen = sighting(found, *memory);
+  if (relocation_.speaks_for_candidate(*memory, found.query)) {
+    auto proved = relocation_.support(seen);
+    if (!proved) return;
+    join(std::move(*proved), answer);
+  } else if (!use(seen, answer)) {
+    return;
   }
-  next_newest_ = path_.newest().time + from_seconds(kSolveEvery);
-  next_solve_ = path_.newest().time + from_seconds(every);
-  solve_anyway_ = path_.newest().time + from_seconds(std::max(kSolveAnyway, every));
+  const double correlation = found.place.match.correlation;
+  if (!found.seeker.beside && correlation * correlation > kAlike)
+    store_.mark_known(found.query, track_.path().travelled());
 }
 
-// Of a large graph, solutions come seconds apart. Meanwhile revisits correct the nodes since the
-// last one. The covariance stays that of dead reckoning, since the older nodes, which are held,
-// have errors too.
-void Mapper::solve_newest(MapAnswer& answer) {
-  next_newest_ = path_.newest().time + from_seconds(kSolveEvery);
-  if (trusted_.empty()) return;  // no solution yet
-  std::size_t from = path_.nodes() - 1;
-  while (from > 0 && path_.travelled_at(from) > solved_to_m_) --from;
-  try {
-    const auto solution = graph_->solve_newest(from, solved_to_covariance_);
-    if (!solution) return;
-    newest_node_.pose = solution->newest;
-    newest_node_.slip = solution->slip;
-    solve_work_ += solution->work;
-    for (std::size_t revisit : solution->trusted) note_tie(revisit);
-  } catch (const std::exception& error) {
-    answer.notes.emplace_back(error.what());
+Sighting Mapper::sighting(const GroundSearch::Found& found, const RevisitEnd& memory) const {
+  const gpr::RevisitMatch& match = found.place.match;
+  const gpr::MemoryColumn& query = found.query;
+  const gpr::MemoryColumn then =
+      store_.memory().column(static_cast<std::size_t>(found.place.column));
+  Sighting seen{memory,
+                found.place.column,
+                query,
+                found.seeker.antenna,
+                edge_of(match, found.moved_m, config_),
+                {}};
+  // The memory has the direction of driving, the edge the heading. They differ when driving
+  // backwards.
+  seen.edge.mirrored = match.mirrored == (then.direction == query.direction);
+  // 0: the earlier pass belongs to another track
+  seen.told.from = memory.node == kInMap ? 0 : then.time;
+  seen.told.to = query.time;
+  seen.told.source = "revisit";
+  seen.told.kind = DisplacementKind::kRevisit;
+  seen.told.valid = true;
+  seen.told.sigma_m = seen.edge.sigma_m;
+  seen.told.lateral_sigma_m = seen.edge.lateral_sigma_m;
+  seen.told.mirrored = match.mirrored;
+  seen.told.scale = match.scale;
+  seen.told.score = match.score;
+  return seen;
+}
+
+// A revisit as an edge of the graph. Returns false where it contradicts the graph.
+bool Mapper::use(const Sighting& seen, MapAnswer& answer) {
+  const MapPath::Place place = track_.path().place(seen.query.time, seen.query.distance_m);
+  if (!track_.add_revisit(seen.memory, track_.end_at(place, seen.antenna), seen.edge)) return false;
+  answer.revisits.push_back(seen.told);
+  return true;
+}
+
+// The revisits of a candidate that is proved are used, now that it is known where the track lies. A
+// track that was lost is in the map already: what they say corrects it.
+void Mapper::join(Relocation::Candidate proved, MapAnswer& answer) {
+  track_.solve_soon();
+  const bool first = !proved.at.own && !store_.located();
+  if (first && track_.in_site()) {
+    const PlanarPose by = between(proved.at.map_from_track, {});
+    for (Sighting& one : proved.supporting) {
+      one.memory.body = compose(by, one.memory.body);
+      one.memory.yaw = one.memory.body.yaw;
+    }
+  }
+  if (first) join_map(proved.at);
+  for (Sighting& one : proved.supporting) {
+    if (proved.at.own) {
+      const std::optional<RevisitEnd> memory = store_.end_at(one.column, track_);
+      if (!memory) continue;
+      one.memory = *memory;
+    }
+    use(one, answer);
   }
 }
 
-void Mapper::note_tie(std::size_t revisit) {
-  const double at_m = path_.travelled_at(graph_->revisits()[revisit].query);
-  if (tied_at_m_ && at_m <= *tied_at_m_) return;
-  tied_at_m_ = at_m;
-  tied_variance_m2_ = newest_node_.covariance.topLeftCorner<2, 2>().trace();
+// The track is located: from now on `map` is the frame of the earlier ground. If the track is tied
+// to site, so is the ground now.
+void Mapper::join_map(const Hypothesis& at) {
+  if (track_.in_site())
+    store_.move_places(at.map, between(at.map_from_track, {}));
+  else
+    track_.move(at.map_from_track);
+  store_.locate_in(at.map);
+}
+
+SavedGround Mapper::saved_ground(bool main) {
+  site_.note_datum();
+  return store_.saved(track_, main);
+}
+
+SavedGround Mapper::newest_ground() {
+  site_.note_datum();
+  return store_.newest(track_);
+}
+
+GroundMap Mapper::take_ground() {
+  site_.note_datum();
+  return store_.take(track_);
+}
+
+GroundMap Mapper::take_earlier_ground() {
+  site_.note_datum();
+  return store_.take_earlier(track_);
 }
 
 }  // namespace gprodom

@@ -15,6 +15,14 @@ namespace gprodom {
 // (docs/revisit.md, "Variance").
 constexpr double kLateralGate = 0.4;
 
+// Ground is looked for within three standard deviations of the position. The least is what a
+// covariance that is too small must not hide; the most bounds the cost of a search, and the places
+// that could match by chance.
+constexpr double kGateSigmas = 3.0;
+constexpr double kGateMin = 0.6, kGateMax = 5.0;  // m
+// m, standard deviation of a position; beyond, the ground there may lie outside of the search.
+constexpr double kLostSigma = kGateMax / kGateSigmas;
+
 // m driven between two searches. Patches that overlap by more share their errors and tell little
 // that is new.
 constexpr double kQuerySpacing = 0.25;

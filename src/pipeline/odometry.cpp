@@ -9,6 +9,7 @@
 #include "gprodom/error.h"
 #include "map/ground_map_file.h"
 #include "map/map_frame.h"
+#include "map/search_window.h"
 #include "persist/state_store.h"
 #include "pipeline/pipeline.h"
 #include "pipeline/rescue.h"
@@ -230,8 +231,7 @@ void Odometry::locate_at(const RoughPlace& place) {
   expect_map("the place told");
   if (!std::isfinite(place.x) || !std::isfinite(place.y) || !std::isfinite(place.yaw))
     throw std::invalid_argument("expected finite figures");
-  const double most_m = kGateMax / kGateSigmas;
-  if (!(place.sigma_m > 0.0 && place.sigma_m <= most_m))
+  if (!(place.sigma_m > 0.0 && place.sigma_m <= kLostSigma))
     throw std::invalid_argument(
         "expected a sigma above 0 and up to 1.6 m: where less is known, the robot searches all "
         "ground by itself");

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <string>
 
+#include "map/search_window.h"
 #include "pipeline/pipeline.h"
 
 namespace gprodom {
@@ -9,7 +10,7 @@ namespace gprodom {
 // Whether the track is tied to earlier ground, and how surely.
 void Pipeline::report_place(const MapAnswer& answer) {
   if (!has_earlier_ground_) return;
-  const bool lost = located_ && answer.sigma_m > kGateMax / kGateSigmas;
+  const bool lost = located_ && answer.sigma_m > kLostSigma;
   health_.value("map.located", located_ && !lost ? 1.0 : 0.0);
   health_.value("map.searched_m", located_ ? 0.0 : answer.travelled_m);
   if (located_) health_.value("map.sigma_m", answer.sigma_m);

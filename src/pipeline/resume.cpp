@@ -43,9 +43,9 @@ bool Pipeline::resume() {
   resumed_correction_ = saved.correction;
   const Correction correction = saved.correction.value_or(Correction{});
   const Eigen::Vector3d ahead = correction.q_map_odom * Eigen::Vector3d::UnitX();
-  Mapper::Start start;
-  start.at.map_from_track = {correction.p_map_odom.head<2>(), std::atan2(ahead.y(), ahead.x())};
-  start.at.map = map_number_ = saved.map;
+  TrackStart start;
+  start.map_from_track = {correction.p_map_odom.head<2>(), std::atan2(ahead.y(), ahead.x())};
+  start.map = map_number_ = saved.map;
   start.since = path_state(result);
   // While map is odom, the pose in map is as sure as that in odom.
   start.covariance = saved.correction ? planar_block(correction.covariance)

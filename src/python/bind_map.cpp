@@ -16,7 +16,7 @@
 #include "gprodom/error.h"
 #include "map/ground_files.h"
 #include "map/ground_map_file.h"
-#include "map/mapper.h"
+#include "map/ground_store.h"
 #include "map/merge/map_merge.h"
 #include "map/path/map_path.h"
 #include "python/arrays.h"

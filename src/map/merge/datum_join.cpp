@@ -5,15 +5,12 @@
 #include <cmath>
 
 #include "map/fixes/anchor.h"
-#include "map/mapper.h"
+#include "map/search_window.h"
 
 namespace gprodom {
 namespace {
 
 using Eigen::Matrix3d;
-
-// m; the least certain place of a join: three of these are as far as a drive looks for its ground.
-constexpr double kMostUncertain = kGateMax / kGateSigmas;
 
 // Covariance of (x, y, yaw) in site of a place of a map: of the map as a whole, and of the path of
 // the antenna in it.
@@ -50,7 +47,7 @@ std::optional<JoinedTracks> join_to(const GroundMap& ground, int joining, int in
   for (const KnownPlace& place : joined.places) {
     const Eigen::Vector2d in_site = compose(there.pose, place.pose).p;
     const Matrix3d covariance = covariance_at(here, in_site) + covariance_at(there, in_site);
-    if (!(std::sqrt(covariance.topLeftCorner<2, 2>().trace()) <= kMostUncertain))
+    if (!(std::sqrt(covariance.topLeftCorner<2, 2>().trace()) <= kLostSigma))
       return std::nullopt;
     joined.end.pose = place.pose;
     joined.end.covariance.topLeftCorner<3, 3>() = turned(covariance, -there.pose.yaw);

@@ -5,7 +5,6 @@
 #include <limits>
 #include <stdexcept>
 
-#include "map/mapper.h"
 #include "map/pass_finder.h"
 #include "map/path/map_path.h"
 #include "map/search_window.h"

@@ -202,10 +202,10 @@ struct Resumed {
   GroundMap ground;
 };
 
-Mapper::Start start_on_it() {
-  Mapper::Start start;
-  start.at.map = 0;
-  start.at.map_from_track = {{3.0, 1.0}, 0.0};
+TrackStart start_on_it() {
+  TrackStart start;
+  start.map = 0;
+  start.map_from_track = {{3.0, 1.0}, 0.0};
   start.covariance = Vector3d(1e-4, 1e-4, 1e-6).asDiagonal();
   return start;
 }

@@ -31,7 +31,7 @@ PathState state(int i) {
   return state_at(time_of(i), kStep * (i < kWay ? i : 2 * kWay - i), 1e-5 * i);
 }
 
-MapAnswer answer_of(const std::optional<Mapper::Start>& start, bool with_revisit) {
+MapAnswer answer_of(const std::optional<TrackStart>& start, bool with_revisit) {
   Mapper mapper(default_config(), std::nullopt, start);
   MapInput input;
   for (int i = 0; i < 2 * kWay; ++i) input.states.push_back(state(i));
@@ -41,8 +41,8 @@ MapAnswer answer_of(const std::optional<Mapper::Start>& start, bool with_revisit
   return mapper.run(input);
 }
 
-Mapper::Start known_to(double sigma) {
-  Mapper::Start start;
+TrackStart known_to(double sigma) {
+  TrackStart start;
   start.covariance = Eigen::Vector3d(sigma * sigma, sigma * sigma, 1e-6).asDiagonal();
   return start;
 }
@@ -62,7 +62,7 @@ TEST(MapperStart, ATrackOfItsOwnBeginsWhereItsMapDoes) {
 
 // The first state of the new run has lost 2 m in the pause.
 TEST(MapperStart, WhatThePauseHasCostIsAdded) {
-  Mapper::Start start = known_to(1.0);
+  TrackStart start = known_to(1.0);
   start.since = state(0);
   Mapper mapper(default_config(), std::nullopt, start);
   MapInput input;
@@ -104,9 +104,9 @@ TEST(MapperWork, OfASecondIsBoundedWhereTheTrackIsTiedToItselfMoreAndMore) {
     input.states.push_back(state_at(node_time(i), kSpeed * i * to_seconds(kNodes), 1e-6 * i));
     for (int k = 0; k < kTies && i >= kAlone; ++k)
       input.revisits.push_back(tie(static_cast<int>(random() % static_cast<unsigned>(i - 10)), i));
-    const double before = mapper.solve_work();
+    const double before = mapper.track().solve_work();
     located = mapper.run(input).pose.has_value();
-    const double work = mapper.solve_work() - before;
+    const double work = mapper.track().solve_work() - before;
     if (work > 0.0) ++solutions;
     dearest = std::max(dearest, work);
   }
@@ -115,7 +115,7 @@ TEST(MapperWork, OfASecondIsBoundedWhereTheTrackIsTiedToItselfMoreAndMore) {
   ASSERT_GT(dearest, 2.0 * kWorkPerSecond);
   EXPECT_GT(solutions, 2);
   const double seconds = to_seconds(kTied * kNodes);
-  EXPECT_LT(mapper.solve_work(), kWorkPerSecond * seconds + dearest);
+  EXPECT_LT(mapper.track().solve_work(), kWorkPerSecond * seconds + dearest);
 }
 
 // A track that is lost: in an earlier map, and on its own ground.
@@ -229,7 +229,7 @@ TEST(Antennas, AMapIsOfTheRobotsThatMadeIt) {
   StraightRobot robot(second);
   robot.drive({3.0, 19.0, 0, kRear, -3.0});
   ASSERT_TRUE(robot.located);
-  EXPECT_NEAR(second.map_from_odom().p.x(), 3.0, 0.1);
+  EXPECT_NEAR(second.track().map_from_odom().p.x(), 3.0, 0.1);
 }
 
 // Ground that changes across the track: two traces whose echoes have a correlation of
