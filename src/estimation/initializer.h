@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "estimation/state_estimator.h"
+#include "estimation/state_input.h"
 #include "gprodom/config.h"
 #include "gprodom/types.h"
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "estimation/nav_state.h"
-#include "estimation/state_estimator.h"
+#include "estimation/state_input.h"
 #include "gprodom/config.h"
 
 namespace gprodom {

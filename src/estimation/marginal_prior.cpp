@@ -1,5 +1,7 @@
 #include "estimation/marginal_prior.h"
 
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <Eigen/QR>
 #include <algorithm>
 
@@ -75,6 +77,16 @@ void eliminate_first_state(Eigen::MatrixXd J, Eigen::VectorXd r, Eigen::MatrixXd
   const Eigen::Index rows = std::clamp<Eigen::Index>(J.rows() - kStateDim, 0, columns);
   A = J.block(kStateDim, kStateDim, rows, columns).triangularView<Eigen::Upper>();
   b = r.segment(kStateDim, rows);
+}
+
+StateMatrix MarginalPrior::covariance() const { return (A.transpose() * A).inverse(); }
+
+MarginalPrior gaussian_prior(const NavState& state, const StateMatrix& covariance) {
+  MarginalPrior prior;
+  prior.x0 = {state};
+  prior.A = covariance.llt().matrixL().solve(StateMatrix::Identity());
+  prior.b = StateVector::Zero();
+  return prior;
 }
 
 }  // namespace gprodom

@@ -26,6 +26,9 @@ struct MarginalPrior {
   // state, whose place has no correlation with the rest of it.
   void free_place();
 
+  // Of the error of its one state.
+  StateMatrix covariance() const;
+
   int states() const { return static_cast<int>(x0.size()); }
 
   // x points to the n states. Where J is not null it receives d residual / d (charts at x).
@@ -43,6 +46,9 @@ struct MarginalPrior {
   // Information on the common heading and position (x, y, z) of all states, 1/rad^2 and 1/m^2.
   Eigen::Vector4d common_information() const;
 };
+
+// Prior on a state, with a covariance that must be positive definite.
+MarginalPrior gaussian_prior(const NavState& state, const StateMatrix& covariance);
 
 // Eliminates the first 16 columns of the least-squares problem |J d + r|^2 by QR. The rest is a
 // problem in the other columns, with upper-triangular A and b of at most as many rows as columns.

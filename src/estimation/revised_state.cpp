@@ -23,10 +23,6 @@ constexpr double kTiltMemory_s = 2.0;      // s; time constant with which gravit
 constexpr double kExplainedByTilt = 0.05;  // rad; the wrong speed may have been explained by tilt
 constexpr double kShift = 0.3;  // share of the correction: the track need not be straight
 
-// Of driving, after which accelerations must have shown the wheel's scale. By then their noise on
-// the move is known, and a start or a stop has been seen.
-constexpr double kScaleTrial_s = 20.0;
-
 constexpr double kRounding = 1e-24;  // far below any variance
 
 // All errors but those of heading and position.
@@ -113,86 +109,13 @@ CarriedState with_speed_correction(const CarriedState& from, const SpeedCorrecti
   return {x, 0.5 * (P + P.transpose())};
 }
 
-// The wheel's scale while it is held: docs/estimation.md, "A scale that is held".
-
-// A relative error of the scale gives the path since the start, and the speed, the same relative
-// error.
-StateMatrix StateEstimator::covariance_of_held_scale() const {
-  return scale_held_ ? covariance_of_first_scale() : StateMatrix::Zero();
-}
-
-StateMatrix StateEstimator::covariance_of_first_scale() const {
-  const NavState& x = smoother_.newest();
-  StateVector share = StateVector::Zero();
-  share.segment<3>(row::kP) = (start_ - x.p_odom) / x.wheel_scale;
-  share.segment<3>(row::kV) = -x.v_odom / x.wheel_scale;
-  share[row::kScale] = 1;
-  return first_scale_sigma_ * first_scale_sigma_ * share * share.transpose();
-}
-
-// True once, at the end of the trial, if accelerations have told less about the scale than was
-// known before.
-bool StateEstimator::scale_not_shown(const StateInput& input) {
-  if (scale_held_ || config_.wheel.scale_sigma <= 0 || driven_s_ >= kScaleTrial_s) return false;
-  if (!input.standing && input.has_wheel && !input.wheel_contradicted)
-    driven_s_ += to_seconds(input.time - smoother_.newest().time);
-  const double variance = last_covariance_(row::kScale, row::kScale);
-  return driven_s_ >= kScaleTrial_s && variance > 0.5 * first_scale_sigma_ * first_scale_sigma_;
-}
-
-// Returns to the first value, of which accelerations have shown too little, with the state that
-// belongs to it.
-CarriedState StateEstimator::with_first_scale() const {
-  CarriedState now{smoother_.newest(), last_covariance_};
-  const StateVector gain =
-      now.covariance.col(row::kScale) / now.covariance(row::kScale, row::kScale);
-  now.state = retract(now.state, gain * (first_scale_ - now.state.wheel_scale));
-  now.covariance -= gain * last_covariance_.row(row::kScale);
-  return now;
-}
-
-// The errors of accelerations are coloured: what they have not shown by now, those of a drive many
-// times as long do not show either. So it is held in the solution over all data as well.
-void StateEstimator::hold_scale(CarriedState now) {
-  scale_held_ = true;
-  if (batch_) batch_->hold_scale(first_scale_);
-  now.state.wheel_scale = first_scale_;
-  replace(now.covariance, row::kScale, 1,
-          Eigen::MatrixXd::Constant(1, 1, kFixedScaleSigma * kFixedScaleSigma));
-  continue_from(now);
-}
-
-// Along wrong axes accelerations seem to show it as well, wrong by 14 % where the accelerometer has
-// a wrong sign. Once the axes are known they may show it again.
-void StateEstimator::hold_scale_without_axes(bool axes_known) {
-  if (config_.wheel.scale_sigma <= 0) return;
-  if (!axes_known && !scale_held_) {
-    held_without_axes_ = true;
-    hold_scale(with_first_scale());
-  } else if (axes_known && held_without_axes_) {
-    held_without_axes_ = scale_held_ = false;
-    driven_s_ = 0.0;
-    CarriedState now{smoother_.newest(), last_covariance_};
-    replace(now.covariance, row::kScale, 1, Eigen::MatrixXd::Zero(1, 1));
-    now.covariance += covariance_of_first_scale();
-    continue_from(now);
-  }
-}
-
-// Accelerations seem to show the scale of a wheel that is late.
-void StateEstimator::hold_scale_of_late_wheel() {
-  if (config_.wheel.scale_sigma <= 0 || std::exchange(known_late_, true)) return;
-  held_without_axes_ = false;  // but for good
-  if (!scale_held_) hold_scale({smoother_.newest(), last_covariance_});
-}
-
 // The window begins anew where what it holds cannot go on.
 
 // The window cannot be solved: restarts from the prediction, with a larger covariance.
 void StateEstimator::discard_window(const NavState& state) {
   StateVector growth;
   growth << Vector3d::Constant(0.01), Vector3d::Constant(0.1), Vector3d::Constant(0.1),
-      Vector3d::Constant(1e-4), Vector3d::Constant(1e-2), scale_held_ ? 0.0 : 1e-3;
+      Vector3d::Constant(1e-4), Vector3d::Constant(1e-2), scale_.is_held() ? 0.0 : 1e-3;
   last_covariance_ += StateMatrix(growth.cwiseAbs2().asDiagonal());
   restart(state);
 }

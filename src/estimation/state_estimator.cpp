@@ -17,19 +17,9 @@ namespace {
 // more than usual; rad/s, m/s^2. The window begins anew with the biases after the change.
 constexpr double kGyroBiasStep = 0.02, kAccelBiasStep = 0.1;
 
-StateMatrix covariance(const MarginalPrior& prior) {
-  return (prior.A.transpose() * prior.A).inverse();
-}
-
-// Gravity shows that the scale of the accelerometer may be wrong, too: a wheel's scale learnt from
-// accelerations would have the same error.
-bool out_of_calibration(const Config& config, const InitialState& initial) {
-  return config.wheel.scale_sigma > 0 &&
-         (initial.state.accel_bias.norm() > kOutOfCalibration || initial.accel_scale != 1.0);
-}
-
-MarginalPrior with_fixed_scale(MarginalPrior prior) {
-  prior.add_scale(prior.x0.front().wheel_scale, kFixedScaleSigma);
+MarginalPrior first_prior(const InitialState& initial, const HeldScale& scale) {
+  MarginalPrior prior = initial.prior;
+  if (scale.is_held()) prior.add_scale(scale.first(), kFixedScaleSigma);
   return prior;
 }
 
@@ -54,60 +44,16 @@ ImuPreintegration integrated(const StateInput& input, const NavState& last) {
 
 }  // namespace
 
-MarginalPrior gaussian_prior(const NavState& state, const StateMatrix& covariance) {
-  MarginalPrior prior;
-  prior.x0 = {state};
-  prior.A = covariance.llt().matrixL().solve(StateMatrix::Identity());
-  prior.b = StateVector::Zero();
-  return prior;
-}
-
 StateEstimator::StateEstimator(const Config& config, const InitialState& initial)
     : config_(config),
       drive_(drive_traits(config.wheel)),
       gravity_odom_(0, 0, -kStandardGravity),
-      scale_held_(out_of_calibration(config, initial)),
-      first_scale_(initial.state.wheel_scale),
-      first_scale_sigma_(std::sqrt(covariance(initial.prior)(row::kScale, row::kScale))),
-      start_(initial.state.p_odom),
-      last_covariance_(covariance(scale_held_ ? with_fixed_scale(initial.prior) : initial.prior)),
+      scale_(config.wheel, initial),
+      lasting_errors_(config.wheel),
+      last_covariance_(first_prior(initial, scale_).covariance()),
       bias_confirmed_(initial.state),
       smoother_(config.smoother.lag, {}, config.smoother.solver, initial.state,
-                scale_held_ ? with_fixed_scale(initial.prior) : initial.prior) {}
-
-// Errors of the path that go on for longer than an interval, and that no sensor shows.
-// - In a bend a wheel that is late by a time tau adds each distance with a heading that has turned
-//   on by tau times the turn rate.
-// - Side slip keeps its size over a bend. Its variance in the wheel's factor is that of intervals
-//   that are independent, which leads to a sum that is too small.
-void StateEstimator::add_lasting_errors(const StateInput& input, const NavState& before) {
-  wheel_delay_s_ = input.wheel_delay_s;
-  const double seconds = to_seconds(input.time - before.time);
-  if (input.standing || !input.has_wheel || input.wheel_contradicted || seconds <= 0) return;
-  Vector3d turned = Vector3d::Zero();
-  for (const MotionStep& step : input.steps)
-    turned += (angular_velocity(step, before.gyro_bias) - before.gyro_bias) * step.dt;
-  const double turn = (before.q_odom_body * turned).z();
-  const Vector3d aside = Vector3d::UnitZ().cross(smoother_.newest().p_odom - before.p_odom);
-  turned_by_delay_ += aside * turn / seconds;
-
-  // Over which side slip keeps its size. With 1 rad the simulated skid steer's NEES is in its band
-  // as well.
-  constexpr double kBend = 0.5;  // rad
-  const double way = aside.norm();
-  if (way <= 0 || std::abs(turn) > kBend) return;
-  const double per_rad = side_slip(drive_, 1.0, way / seconds);
-  const double more = per_rad * per_rad * std::abs(turn) * (kBend - std::abs(turn));
-  side_slip_covariance_ += more * aside * aside.transpose() / (way * way);
-}
-
-// Of the position: these, and the distance that the wheel has not reported yet.
-StateMatrix StateEstimator::covariance_of_lasting_errors() const {
-  StateMatrix covariance = StateMatrix::Zero();
-  const Vector3d late = wheel_delay_s_ * (turned_by_delay_ - smoother_.newest().v_odom);
-  covariance.block<3, 3>(row::kP, row::kP) = side_slip_covariance_ + late * late.transpose();
-  return covariance;
-}
+                first_prior(initial, scale_)) {}
 
 StateResult StateEstimator::add(const StateInput& input) {
   take_corrections(input);
@@ -137,22 +83,25 @@ StateResult StateEstimator::add(const StateInput& input) {
   }
   result.state = smoother_.newest();
   if (config_.gpr.antennas.size() > 1) result.way = way();
-  add_lasting_errors(input, before);
+  lasting_errors_.add(input, before, result.state);
   result.covariance =
-      last_covariance_ + covariance_of_held_scale() + covariance_of_lasting_errors();
+      last_covariance_ + scale_.covariance(result.state) + lasting_errors_.covariance(result.state);
   if (input.standing) bias_confirmed_ = result.state;
   result.standing = input.standing;
   result.no_wheel = !input.has_wheel;
   return result;
 }
 
+CarriedState StateEstimator::now() const { return {smoother_.newest(), last_covariance_}; }
+
 // What the detectors have found wrong in the newest state: the scale cannot be known, or the gyro
 // bias or the speed is another.
 void StateEstimator::take_corrections(const StateInput& input) {
-  hold_scale_without_axes(input.axes_known);
-  if (input.wheel_late) hold_scale_of_late_wheel();
-  if (scale_not_shown(input)) hold_scale(with_first_scale());
-  const auto now = [this] { return CarriedState{smoother_.newest(), last_covariance_}; };
+  if (const auto changed = scale_.decide(input, now())) {
+    // In the solution over all data as well, and there for good.
+    if (batch_ && scale_.is_held()) batch_->hold_scale(scale_.first());
+    continue_from(*changed);
+  }
   if (input.turned_axes) continue_from(with_turned_axes(now(), *input.turned_axes));
   if (input.gyro_bias) continue_from(with_gyro_bias(now(), *input.gyro_bias, bias_confirmed_));
   if (input.speed_correction) continue_from(with_speed_correction(now(), *input.speed_correction));
@@ -165,7 +114,7 @@ void StateEstimator::add_motion(const StateInput& input, const ImuPreintegration
   const auto a = b - 1;
   const double root_dt = std::sqrt(imu.duration());
   add_factor(a, b, std::make_shared<ImuFactor>(imu, gravity_odom_));
-  const double scale_walk = config_.wheel.scale_sigma > 0 && !scale_held_ ? kWheelScaleWalk : 0.0;
+  const double scale_walk = scale_.is_estimated() ? kWheelScaleWalk : 0.0;
   const double gyro_walk = config_.imu.gyro_bias_walk * root_dt,
                accel_walk = config_.imu.accel_bias_walk * root_dt;
   const double scale_step = std::max(scale_walk * root_dt, kFixedScaleSigma);
@@ -328,8 +277,11 @@ std::string StateEstimator::add_user_factor(const UserFactor& factor,
   auto a = from.front(), b = from.back();
   if (a == b) (a < smoother_.newest_id() ? ++b : --a);
   std::vector<CostFunctionFactor::Moment> moments;
-  for (size_t k = 0; k < from.size(); ++k)
-    moments.push_back({from[k] == b, motion_.since(smoother_.state(from[k]), factor.times[k])});
+  for (size_t k = 0; k < from.size(); ++k) {
+    const NavState& x = smoother_.state(from[k]);
+    moments.push_back(
+        {from[k] == b, motion_.since(x.time, {x.gyro_bias, x.accel_bias}, factor.times[k])});
+  }
   const auto tied = std::make_shared<CostFunctionFactor>(factor, std::move(moments),
                                                          kStandardGravity, smoother_.origin());
   Residual r;

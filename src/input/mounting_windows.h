@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "estimation/recent_motion.h"
+#include "estimation/increments/recent_motion.h"
 
 namespace gprodom {
 

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "base/dated_worker.h"
-#include "estimation/state_estimator.h"
+#include "estimation/state_input.h"
 #include "gprodom/config.h"
 #include "gprodom/execution.h"
 #include "map/mapper.h"

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "estimation/nav_state.h"
-#include "estimation/state_estimator.h"
+#include "estimation/state_input.h"
 #include "motion/wheel_delay.h"
 
 namespace gprodom {

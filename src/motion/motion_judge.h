@@ -11,7 +11,7 @@
 
 #include "estimation/initializer.h"
 #include "estimation/predict.h"
-#include "estimation/state_estimator.h"
+#include "estimation/state_input.h"
 #include "gprodom/config.h"
 #include "gprodom/front_end.h"
 #include "gprodom/types.h"

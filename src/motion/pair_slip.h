@@ -8,7 +8,7 @@
 
 #include "base/by_time.h"
 #include "estimation/graph/slip_model.h"
-#include "estimation/state_estimator.h"
+#include "estimation/state_input.h"
 #include "gprodom/config.h"
 #include "gprodom/types.h"
 #include "motion/history/sensor_history.h"

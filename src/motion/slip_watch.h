@@ -12,7 +12,7 @@
 #include <limits>
 #include <optional>
 
-#include "estimation/state_estimator.h"
+#include "estimation/state_input.h"
 #include "gprodom/config.h"
 #include "gprodom/types.h"
 #include "motion/history/path_history.h"

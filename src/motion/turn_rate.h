@@ -6,7 +6,7 @@
 
 #include <deque>
 
-#include "estimation/state_estimator.h"
+#include "estimation/state_input.h"
 #include "motion/history/sensor_history.h"
 
 namespace gprodom {

@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "estimation/graph/slip_model.h"
-#include "estimation/state_estimator.h"
+#include "estimation/state_input.h"
 #include "motion/history/sensor_history.h"
 
 namespace gprodom {

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "estimation/state_estimator.h"
+#include "estimation/state_input.h"
 #include "gprodom/config.h"
 #include "gprodom/types.h"
 #include "motion/history/sensor_history.h"

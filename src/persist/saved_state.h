@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "estimation/state_estimator.h"
+#include "estimation/state_input.h"
 #include "gprodom/types.h"
 
 namespace gprodom {

@@ -5,7 +5,7 @@
 #include <deque>
 
 #include "estimation/predict.h"
-#include "estimation/state_estimator.h"
+#include "estimation/state_input.h"
 #include "gprodom/types.h"
 #include "motion/history/sensor_history.h"
 

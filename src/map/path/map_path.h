@@ -8,7 +8,7 @@
 
 #include "estimation/graph/pose_graph.h"
 #include "estimation/nav_state.h"
-#include "estimation/state_estimator.h"
+#include "estimation/state_input.h"
 
 namespace gprodom {
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "estimation/state_estimator.h"
+#include "estimation/state_input.h"
 #include "gprodom/config.h"
 #include "gprodom/front_end.h"
 #include "gprodom/types.h"

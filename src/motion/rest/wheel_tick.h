@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "estimation/state_estimator.h"
+#include "estimation/state_input.h"
 #include "gprodom/types.h"
 
 namespace gprodom {

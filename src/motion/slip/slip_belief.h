@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "estimation/graph/slip_model.h"
-#include "estimation/state_estimator.h"
+#include "estimation/state_input.h"
 #include "gprodom/config.h"
 #include "gprodom/front_end.h"
 #include "motion/slip/accelerometer_axes.h"

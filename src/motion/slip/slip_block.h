@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <vector>
 
-#include "estimation/state_estimator.h"
+#include "estimation/state_input.h"
 
 namespace gprodom::slip {
 

@@ -1,4 +1,4 @@
-#include "estimation/recent_motion.h"
+#include "estimation/increments/recent_motion.h"
 
 #include <algorithm>
 
@@ -17,16 +17,15 @@ void RecentMotion::forget_before(TimeNs time) {
   while (!stretches_.empty() && stretches_.front().time < time) stretches_.pop_front();
 }
 
-ImuPreintegration RecentMotion::since(const NavState& state, TimeNs moment) const {
+ImuPreintegration RecentMotion::since(TimeNs time, const ImuBiases& biases, TimeNs moment) const {
   const auto stretch = std::find_if(stretches_.begin(), stretches_.end(),
-                                    [&](const Stretch& s) { return s.time == state.time; });
-  if (stretch == stretches_.end()) return {ImuNoise{}, state.gyro_bias, state.accel_bias};
-  ImuPreintegration imu(stretch->noise, state.gyro_bias, state.accel_bias);
-  double left = to_seconds(moment - state.time);
+                                    [&](const Stretch& s) { return s.time == time; });
+  if (stretch == stretches_.end()) return {ImuNoise{}, biases.gyro, biases.accel};
+  ImuPreintegration imu(stretch->noise, biases.gyro, biases.accel);
+  double left = to_seconds(moment - time);
   for (const MotionStep& step : stretch->steps) {
     if (left <= 0) break;
-    imu.integrate(step.acceleration, angular_velocity(step, state.gyro_bias),
-                  std::min(step.dt, left));
+    imu.integrate(step.acceleration, angular_velocity(step, biases.gyro), std::min(step.dt, left));
     left -= step.dt;
   }
   return imu;

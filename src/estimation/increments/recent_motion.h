@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "estimation/increments/imu_preintegration.h"
-#include "estimation/nav_state.h"
 #include "gprodom/types.h"
 
 namespace gprodom {
@@ -41,8 +40,11 @@ class RecentMotion {
   void forget_before(TimeNs time);
   void clear() { stretches_.clear(); }
 
-  // Preintegrates from a state to a moment before the next state.
-  ImuPreintegration since(const NavState& state, TimeNs moment) const;
+  // Preintegrates from the state at `time` to a moment before the next state.
+  struct ImuBiases {
+    Eigen::Vector3d gyro, accel;  // rad/s, m/s^2
+  };
+  ImuPreintegration since(TimeNs time, const ImuBiases& biases, TimeNs moment) const;
 
  private:
   struct Stretch {
