@@ -11,7 +11,8 @@ fifth of a second of data, and at a random moment, --moments times each:
            synchronised to disk by then is lost, or a part of it (power_cuts.py)
 
 After each, ground.map is read as the next run does: it must be sound, have all ground of before,
-and nothing must have been set aside. Exit code 1 where one is not. Needs strace.
+and nothing must have been set aside. Exit code 1 where one is not. Needs strace. Exceptions and
+reloads: map_restarts.py.
 
     bench/map_faults.py --moments 200 --json
 """

@@ -22,7 +22,8 @@ constexpr double kHeld = 1e-7;  // standard deviation of a scale that is held, a
 constexpr double kMostSigmas = 4.0;
 
 // Times state.save_period. The ground of an hour is some 10 MB. What is new since that was written
-// is at most 6 kB a metre, and is written again each time: at 1 m/s both are below 0.1 MB/s.
+// is at most 6 kB a metre, and is written again each time: at 1 m/s both are below 0.1 MB/s
+// (bench/map_saving.py).
 constexpr double kGroundEvery = 300.0;
 constexpr double kNewestEvery = 10.0;
 

@@ -199,6 +199,20 @@ def open_folder() -> Iterator[Path]:
     shutil.rmtree(folder)
 
 
+def in_own_network() -> list[str]:
+    """What stands before a command that runs in a network namespace of its own; where none can be
+    made, the test is skipped."""
+    if shutil.which("unshare") is None:
+        pytest.skip("unshare (util-linux) is not installed")
+    setup = "ip link set lo up && ip route add 224.0.0.0/4 dev lo"
+    # In a chroot root may make a network namespace but no user namespace.
+    unshare = ["unshare", "-n" if os.geteuid() == 0 else "-rn"]
+    probe = subprocess.run([*unshare, "sh", "-c", setup], capture_output=True, text=True)
+    if probe.returncode != 0:
+        pytest.skip(f"no network namespace: {probe.stderr.strip()}")
+    return [*unshare, "sh", "-c", f'{setup} && exec "$@"', "sh"]
+
+
 def run_isolated(
     code: str,
     *arguments: object,
@@ -210,14 +224,5 @@ def run_isolated(
 
     Root may give `UNPRIVILEGED` as `as_user`, to run the code as nobody.
     """
-    if shutil.which("unshare") is None:
-        pytest.skip("unshare (util-linux) is not installed")
-    setup = "ip link set lo up && ip route add 224.0.0.0/4 dev lo"
-    # In a chroot root may make a network namespace but no user namespace.
-    unshare = ["unshare", "-n" if os.geteuid() == 0 else "-rn"]
-    probe = subprocess.run([*unshare, "sh", "-c", setup], capture_output=True, text=True)
-    if probe.returncode != 0:
-        pytest.skip(f"no network namespace: {probe.stderr.strip()}")
-    inside = ["sh", "-c", f'{setup} && exec "$@"', "sh"]
-    command = (*unshare, *inside, *as_user, sys.executable, "-c", code, *arguments)
+    command = (*in_own_network(), *as_user, sys.executable, "-c", code, *arguments)
     return run_program(*command, codes=codes, timeout_s=timeout_s)

@@ -10,7 +10,7 @@ from pathlib import Path
 import power_cuts
 import pytest
 
-from conftest import run_bench
+from conftest import in_own_network, run_bench
 
 
 @pytest.mark.usefixtures("compiled")
@@ -18,6 +18,13 @@ def test_the_map_is_there_after_faults_at_random_moments() -> None:
     found = run_bench("map_faults.py", "--moments", 5)["faults"]
     assert [each["fault"] for each in found] == ["kill", "disk", "format", "cut"]
     assert all(each["kept"] == 5 for each in found)
+
+
+@pytest.mark.usefixtures("compiled")
+def test_the_map_is_there_after_reloads_at_random_moments() -> None:
+    in_own_network()  # else it is skipped
+    (found,) = run_bench("map_restarts.py", "--moments", 5)["faults"]
+    assert found["kept"] == 5, found["lost"]
 
 
 WRITER = """
