@@ -18,10 +18,31 @@ _NEGATIVE = re.compile(r"-\.?\d")  # begins a value, and no option of ours
 
 
 class Parser(argparse.ArgumentParser):
-    """The value of a long option may begin with a minus, as coordinates do: `--datum -33.9,18.4`.
+    """Declares options briefly, and takes values that begin with a minus.
 
-    argparse takes such a word for an option where it is not a single number.
+    The value of a long option may, as coordinates do (`--datum -33.9,18.4`): argparse takes such a
+    word for an option where it is not a single number.
     """
+
+    def option(self, name: str, metavar: str, kind: Any, what: str, **more: Any) -> None:
+        """An option with a value.
+
+        kind: the type of the value, or the default, whose type it then has.
+        what: the help.
+        more: as `add_argument` takes it.
+        """
+        if not callable(kind):
+            more |= {"default": kind}
+            kind = type(kind)
+        self.add_argument(name, metavar=metavar, type=kind, help=what, **more)
+
+    def choice(self, name: str, choices: Iterable[str], default: str | None, what: str) -> None:
+        """An option whose value is one of the words `choices`."""
+        self.add_argument(name, choices=choices, default=default, help=what)
+
+    def flag(self, name: str, what: str) -> None:
+        """An option without a value: False where it is not given."""
+        self.add_argument(name, action="store_true", help=what)
 
     def parse_known_args(  # type: ignore[override]
         self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
@@ -56,12 +77,12 @@ def add_command(
     description: str,
     examples: str,
     run: Callable[[argparse.Namespace], int] | None = None,
-) -> argparse.ArgumentParser:
+) -> Parser:
     """A subcommand's parser with house style: summary, description, examples at the end.
 
     run: does the work and returns the exit code; None where subcommands of its own do.
     """
-    parser: argparse.ArgumentParser = subparsers.add_parser(
+    parser: Parser = subparsers.add_parser(
         name,
         help=summary,
         description=description,
@@ -131,15 +152,15 @@ def add_picture_output(parser: argparse.ArgumentParser) -> None:
     add_output(parser, "PICTURE", what, PictureFile)
 
 
-def add_method_options(parser: argparse.ArgumentParser) -> None:
+def add_method_options(parser: Parser) -> None:
     """``--pipes``, and what `rooms` add, for commands that run a method."""
     parser.set_defaults(networks=None)
     for room in rooms():
         room.add_method_options(parser)
-    parser.add_argument(
+    parser.option(
         "--pipes",
-        type=Path,
-        metavar="FILE",
-        help="map of pipes for the method salient (YAML: pipes: [{x: M, depth: M}, ...], and if "
+        "FILE",
+        Path,
+        "map of pipes for the method salient (YAML: pipes: [{x: M, depth: M}, ...], and if "
         "known wave_speed: M/S, and length: M of a line that closes)",
     )

@@ -75,11 +75,11 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers, "benchmark", "score methods on sequences", DESCRIPTION, EXAMPLES, run
     )
     parser.add_argument("sources", metavar="SEQ", type=Path, nargs="*", help="sequence or LCM log")
-    parser.add_argument(
+    parser.option(
         "--methods",
-        metavar="A,B",
-        default=",".join(DEFAULT_METHODS),
-        help="see above (default: all but the signed and the learned ones)",
+        "A,B",
+        ",".join(DEFAULT_METHODS),
+        "see above (default: all but the signed and the learned ones)",
     )
     add_output(parser, "DIR", "folder for the results", OutputFolder)
     parser.add_argument(
@@ -90,47 +90,33 @@ def add_parser(subparsers: Subparsers) -> None:
         default=os.cpu_count() or 1,
         help="parallel jobs (default: one per processor)",
     )
-    parser.add_argument(
-        "--simulate", type=int, metavar="N", default=0, help="add N simulated sequences"
-    )
-    parser.add_argument(
-        "--seed",
-        type=int,
-        metavar="S",
-        default=0,
-        help="seed of the first simulated sequence (default 0)",
-    )
-    parser.add_argument(
+    parser.option("--simulate", "N", 0, "add N simulated sequences")
+    parser.option("--seed", "S", 0, "seed of the first simulated sequence (default 0)")
+    parser.option(
         "--grounds",
-        metavar="A,B",
-        default=",".join((*shipped(), RAYS)),
-        help="grounds of --simulate (default %(default)s)",
+        "A,B",
+        ",".join((*shipped(), RAYS)),
+        "grounds of --simulate (default %(default)s)",
     )
-    parser.add_argument(
-        "--distance",
-        type=float,
-        metavar="M",
-        default=30.0,
-        help="distance of --simulate, +-30 %% (default %(default)s)",
-    )
-    parser.add_argument(
+    parser.option("--distance", "M", 30.0, "distance of --simulate, +-30 %% (default %(default)s)")
+    parser.option(
         "--lasting",
-        metavar="A,B",
-        default="",
-        help=f"slip of --simulate that lasts, some of {', '.join(KINDS)} (default: none)",
+        "A,B",
+        "",
+        f"slip of --simulate that lasts, some of {', '.join(KINDS)} (default: none)",
     )
     add_config_options(parser)
     add_method_options(parser)
     add_align_option(parser)
     add_first_m_option(parser)
-    parser.add_argument(
+    parser.option(
         "--sample-interval",
+        "[SCENE=]S",
+        parse_interval,
+        "seconds between radar samples, of all sequences or of a scene's (default: as "
+        "each sequence says, else 2e-10); may be repeated",
         action="append",
         default=[],
-        metavar="[SCENE=]S",
-        type=parse_interval,
-        help="seconds between radar samples, of all sequences or of a scene's (default: as "
-        "each sequence says, else 2e-10); may be repeated",
     )
     add_scheduler_option(parser)
     add_json_flag(parser)

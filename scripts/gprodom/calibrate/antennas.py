@@ -119,19 +119,15 @@ def add_parser(subjects: Subparsers) -> None:
         subjects, "antennas", "distance of two antennas in a row", DESCRIPTION, EXAMPLES, run
     )
     parser.add_argument("sources", metavar="SEQ|LOG", type=Path, nargs="+", help="drive")
-    parser.add_argument(
+    parser.option(
         "--distance",
-        metavar="M",
-        type=float,
+        "M",
+        float,
+        "from the first place to the last, in a straight line (m)",
         required=True,
-        help="from the first place to the last, in a straight line (m)",
     )
-    parser.add_argument(
-        "--sigma",
-        metavar="M",
-        type=float,
-        default=TAPE_M,
-        help="standard deviation of that distance (m, default: %(default)s)",
+    parser.option(
+        "--sigma", "M", TAPE_M, "standard deviation of that distance (m, default: %(default)s)"
     )
     add_output_option(parser)
     add_config_options(parser)

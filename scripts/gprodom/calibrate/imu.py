@@ -146,9 +146,7 @@ def add_parser(subjects: Subparsers) -> None:
     )
     parser.add_argument("source", metavar="SEQ|LOG", type=Path)
     add_output_option(parser)
-    parser.add_argument(
-        "--plot", metavar="PICTURE", type=PictureFile, help="of the Allan deviations"
-    )
+    parser.option("--plot", "PICTURE", PictureFile, "of the Allan deviations")
     add_config_options(parser)
     add_json_flag(parser)
 

@@ -126,9 +126,7 @@ def add_parser(subjects: Subparsers) -> None:
         subjects, "k", "displacement per shift of a radar front end", DESCRIPTION, EXAMPLES, run
     )
     k.add_argument("sources", metavar="SEQ|LOG", type=Path, nargs="+", help="sequence with truth")
-    k.add_argument(
-        "--method", default="sfm", help="sfm (default), bscan, dec, salient or trace_count"
-    )
+    k.option("--method", "METHOD", "sfm", "sfm (default), bscan, dec, salient or trace_count")
     add_config_options(k)
     add_sample_interval_option(k)
     add_output_option(k)

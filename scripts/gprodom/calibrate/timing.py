@@ -112,7 +112,7 @@ def add_parser(subjects: Subparsers) -> None:
         subjects, "time", "times between IMU, radar and wheel", DESCRIPTION, EXAMPLES, run
     )
     parser.add_argument("source", metavar="SEQ|LOG", type=Path)
-    parser.add_argument("--antenna", metavar="ID", type=int, help="whose traces (see above)")
+    parser.option("--antenna", "ID", int, "whose traces (see above)")
     add_output_option(parser)
     add_config_options(parser)
     add_json_flag(parser)

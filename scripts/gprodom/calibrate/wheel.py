@@ -213,15 +213,8 @@ def add_parser(subjects: Subparsers) -> None:
         subjects, "wheel", "scale and lever arm of the wheel", DESCRIPTION, EXAMPLES, run
     )
     parser.add_argument("sources", metavar="SEQ|LOG", type=Path, nargs="+", help="log with truth")
-    parser.add_argument(
-        "--prism",
-        metavar="X,Y",
-        default="0,0",
-        help="point whose position the truth measured (body, m)",
-    )
-    parser.add_argument(
-        "--fit-share", metavar="P", type=float, default=1.0, help="see above (default: all)"
-    )
+    parser.option("--prism", "X,Y", "0,0", "point whose position the truth measured (body, m)")
+    parser.option("--fit-share", "P", 1.0, "see above (default: all)")
     add_output_option(parser)
     add_config_options(parser)
     add_json_flag(parser)

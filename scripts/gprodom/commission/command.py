@@ -59,27 +59,21 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers, "commission", "the configuration of a new robot", DESCRIPTION, EXAMPLES, run
     )
     parser.add_argument("source", metavar="LOG|SEQ", type=Path, nargs="?")
-    parser.add_argument("--live", action="store_true", help="guide a drive, and record it")
-    parser.add_argument(
-        "--record", type=OutputFile, metavar="LOG", help="what --live records; kept"
-    )
-    parser.add_argument(
-        "--lcm-url", default=DEFAULT_URL, metavar="URL", help="with --live (default %(default)s)"
-    )
+    parser.flag("--live", "guide a drive, and record it")
+    parser.option("--record", "LOG", OutputFile, "what --live records; kept")
+    parser.option("--lcm-url", "URL", DEFAULT_URL, "with --live (default %(default)s)")
     add_output(parser, "YAML", "configuration to write", required=False)
-    parser.add_argument("--page", type=OutputFile, metavar="HTML", help="page to write")
-    parser.add_argument(
+    parser.option("--page", "HTML", OutputFile, "page to write")
+    parser.option(
         "--stretch",
-        type=float,
-        metavar="M",
-        help="length by tape of the longest straight piece from a standstill to a standstill",
+        "M",
+        float,
+        "length by tape of the longest straight piece from a standstill to a standstill",
     )
-    parser.add_argument(
-        "--fit-truth",
-        action="store_true",
-        help="the wheel's scale from the recorded positions, as gprodom calibrate wheel",
+    parser.flag(
+        "--fit-truth", "the wheel's scale from the recorded positions, as gprodom calibrate wheel"
     )
-    parser.add_argument("--no-replay", action="store_true", help="compare no replays")
+    parser.flag("--no-replay", "compare no replays")
     add_sample_interval_option(parser)
     add_config_options(parser)
     add_json_flag(parser)

@@ -62,39 +62,20 @@ def add_parser(formats: Subparsers) -> None:
     parser.add_argument("bag", metavar="BAG", type=Path, help="file, or folder of a ROS 2 bag")
     add_output(parser, "LOG", "LCM log")
     for what in ("imu", "wheel", "truth"):
-        parser.add_argument(f"--{what}", metavar="TOPIC", help="see above")
-    parser.add_argument(
-        "--gpr", metavar="TOPIC", action="append", default=[], dest="radars", help="see above"
-    )
-    parser.add_argument(
-        "--fix", metavar="TOPIC", action="append", default=[], dest="fixes", help="see above"
-    )
-    parser.add_argument(
+        parser.option(f"--{what}", "TOPIC", str, "see above")
+    parser.option("--gpr", "TOPIC", str, "see above", action="append", default=[], dest="radars")
+    parser.option("--fix", "TOPIC", str, "see above", action="append", default=[], dest="fixes")
+    parser.choice(
         "--fix-quality",
-        choices=[quality.name.lower() for quality in Quality if quality],
-        help="quality of all fixes with a position (default: what the messages say)",
+        [quality.name.lower() for quality in Quality if quality],
+        None,
+        "quality of all fixes with a position (default: what the messages say)",
     )
-    parser.add_argument(
-        "--wheel-radius",
-        metavar="M",
-        type=float,
-        default=0.0,
-        help="radius of the wheel of a joint",
-    )
-    parser.add_argument(
-        "--joint", metavar="NAME", help="name of the wheel's joint (default: the first)"
-    )
+    parser.option("--wheel-radius", "M", 0.0, "radius of the wheel of a joint")
+    parser.option("--joint", "NAME", str, "name of the wheel's joint (default: the first)")
     for side in ("left", "right"):
-        parser.add_argument(
-            f"--{side}", metavar="NAMES", default="", help=f"joints of the {side} side, by commas"
-        )
-    parser.add_argument(
-        "--track",
-        metavar="M",
-        type=float,
-        default=0.0,
-        help="distance between left and right, as in the robot's driver",
-    )
+        parser.option(f"--{side}", "NAMES", "", f"joints of the {side} side, by commas")
+    parser.option("--track", "M", 0.0, "distance between left and right, as in the robot's driver")
     add_sample_interval_option(
         parser, "seconds between radar samples (default: what the messages say)"
     )

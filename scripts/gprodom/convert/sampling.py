@@ -17,6 +17,7 @@ from gprodom.console import warn
 from gprodom.convert.source import File
 from gprodom.errors import Error
 from gprodom.files import also_read
+from gprodom.options import Parser
 
 SAMPLE_INTERVAL = 2e-10  # s; 5 GHz, the dataset's Noggin 500
 # s; antennas of 25 MHz are sampled every 5 ns, of 3 GHz every 20 ps
@@ -87,8 +88,8 @@ def sample_interval(text: str) -> float:
 
 
 def add_sample_interval_option(
-    parser: argparse.ArgumentParser,
+    parser: Parser,
     what: str = "seconds between radar samples of a sequence (default: as it says, else 2e-10)",
 ) -> None:
     """``--sample-interval``."""
-    parser.add_argument("--sample-interval", type=sample_interval, metavar="S", help=what)
+    parser.option("--sample-interval", "S", sample_interval, what)

@@ -52,29 +52,15 @@ def add_parser(formats: Subparsers) -> None:
         "files", metavar="FILE", type=Path, nargs="+", help="survey files, one line each"
     )
     add_output(parser, "NPZ", "ground to write (npz)")
-    parser.add_argument(
-        "--aside",
-        metavar="M",
-        type=float,
-        default=0.2,
-        help="distance from line to line (default %(default)s)",
-    )
-    parser.add_argument(
+    parser.option("--aside", "M", 0.2, "distance from line to line (default %(default)s)")
+    parser.option(
         "--channels",
-        metavar="N,..",
-        type=channel_numbers,
-        help="of each file, counted from 0: antennas side by side (default 0)",
+        "N,..",
+        channel_numbers,
+        "of each file, counted from 0: antennas side by side (default 0)",
     )
-    parser.add_argument(
-        "--samples",
-        metavar="N",
-        type=int,
-        default=0,
-        help="keep the first N samples of each trace (default all)",
-    )
-    parser.add_argument(
-        "--spacing", metavar="M", type=float, help="distance between traces, if the header is wrong"
-    )
+    parser.option("--samples", "N", 0, "keep the first N samples of each trace (default all)")
+    parser.option("--spacing", "M", float, "distance between traces, if the header is wrong")
     add_sample_interval_option(parser, "seconds between samples, if the header is wrong")
     add_json_flag(parser)
 

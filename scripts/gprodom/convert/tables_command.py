@@ -89,63 +89,51 @@ def add_parser(formats: Subparsers) -> None:
     parser = add_command(formats, "tables", "a robot's own tables", DESCRIPTION, EXAMPLES, run)
     parser.add_argument("table", metavar="TABLE", type=Path, nargs="?", help="see above")
     add_output(parser, "LOG", "LCM log")
-    parser.add_argument("--layout", metavar="YAML", type=Path, help="see above")
+    parser.option("--layout", "YAML", Path, "see above")
     for name in SOURCES:
         option = "--" + name.replace("_", "-")
         several: dict[str, Any] = {"action": "append"} if name == "gpr" else {}
         parser.add_argument(option, metavar="FILE", type=Path, help="see above", **several)
-        parser.add_argument(f"{option}-columns", metavar="TIME,A,..", help=argparse.SUPPRESS)
-    parser.add_argument(
-        "--time-unit", choices=list(TIME_UNITS), help="unit of the times (default s)"
-    )
+        parser.option(f"{option}-columns", "TIME,A,..", str, argparse.SUPPRESS)
+    parser.choice("--time-unit", list(TIME_UNITS), None, "unit of the times (default s)")
     for key, choices in CHOICES.items():
         default = next(iter(choices))
-        parser.add_argument(
-            "--" + key.replace("_", "-"), choices=list(choices), help=f"default {default}"
-        )
+        parser.choice("--" + key.replace("_", "-"), list(choices), None, f"default {default}")
     for side in ("left", "right"):
-        parser.add_argument(
+        parser.option(
             f"--{side}",
-            metavar="WHEELS",
-            type=_wheel_numbers,
+            "WHEELS",
+            _wheel_numbers,
+            f"wheels of the {side} side by their columns, such as 1,3",
             default=[],
-            help=f"wheels of the {side} side by their columns, such as 1,3",
         )
-    parser.add_argument(
-        "--counts-per-metre", metavar="N", type=float, help="counts of --wheel-counts per metre"
-    )
+    parser.option("--counts-per-metre", "N", float, "counts of --wheel-counts per metre")
     add_sample_interval_option(parser, "seconds between radar samples (default: the survey file's)")
-    parser.add_argument(
+    parser.option(
         "--gpr-scale",
-        metavar="N",
-        type=float,
-        help="counts per unit of the samples of --gpr, where they are no whole numbers (volts)",
+        "N",
+        float,
+        "counts per unit of the samples of --gpr, where they are no whole numbers (volts)",
     )
-    parser.add_argument(
+    parser.option(
         "--gpr-antenna",
-        metavar="COLUMN",
-        help="that of --gpr which tells the antenna_id of each trace, with --gpr-columns",
+        "COLUMN",
+        str,
+        "that of --gpr which tells the antenna_id of each trace, with --gpr-columns",
     )
-    parser.add_argument(
-        "--channels",
-        metavar="N,..",
-        type=channel_numbers,
-        help="of a survey file given to --gpr (default: all)",
+    parser.option(
+        "--channels", "N,..", channel_numbers, "of a survey file given to --gpr (default: all)"
     )
-    parser.add_argument(
+    parser.option(
         "--fix-sigma",
-        metavar="M",
-        type=float,
-        help="standard deviation of each axis of --fix, where its table has no column of it",
+        "M",
+        float,
+        "standard deviation of each axis of --fix, where its table has no column of it",
     )
-    parser.add_argument(
-        "--strict",
-        action="store_true",
-        help="refuse a table with a line that cannot be used, instead of leaving it out",
+    parser.flag(
+        "--strict", "refuse a table with a line that cannot be used, instead of leaving it out"
     )
-    parser.add_argument(
-        "--delimiter", metavar="C", help="default: semicolon or tab if there is one, else comma"
-    )
+    parser.option("--delimiter", "C", str, "default: semicolon or tab if there is one, else comma")
     add_config_options(parser)
     add_json_flag(parser)
 

@@ -84,15 +84,11 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("log", metavar="OUT", type=Path, help="log with the estimate")
     for name in OUTPUTS:
         kind, metavar = (OutputFolder, "FOLDER") if name in FOLDERS else (OutputFile, "FILE")
-        parser.add_argument(f"--{name}", metavar=metavar, type=kind, help="see above")
-    parser.add_argument("--frame", choices=FRAMES, default="map", help="default %(default)s")
-    parser.add_argument(
-        "--datum", metavar="LAT,LON[,HEIGHT[,YAW]]", type=parse_datum, help="see above"
-    )
-    parser.add_argument("--radar", metavar="LOG", type=Path, help="log with the radar's traces")
-    parser.add_argument(
-        "--antenna", metavar="ID", type=int, help="of --traces and --segy: its traces alone"
-    )
+        parser.option(f"--{name}", metavar, kind, "see above")
+    parser.choice("--frame", FRAMES, "map", "default %(default)s")
+    parser.option("--datum", "LAT,LON[,HEIGHT[,YAW]]", parse_datum, "see above")
+    parser.option("--radar", "LOG", Path, "log with the radar's traces")
+    parser.option("--antenna", "ID", int, "of --traces and --segy: its traces alone")
     add_config_options(parser)
     add_json_flag(parser)
 

@@ -54,27 +54,23 @@ def add_parser(subparsers: Subparsers) -> None:
         "sequences", nargs="*", type=Path, metavar="SEQ", help="with truth, to train on as well"
     )
     parser.add_argument("-o", "--output", type=OutputFolder, required=True, metavar="DIR")
-    parser.add_argument("--seed", type=int, default=1, help="of the training (default 1)")
-    parser.add_argument(
-        "--epochs", type=int, default=4, help="passes over all examples (default 4)"
-    )
-    parser.add_argument(
-        "--share", type=float, default=1.0, metavar="0..1", help="of the grounds (default 1)"
-    )
-    parser.add_argument(
+    parser.option("--seed", "SEED", 1, "of the training (default 1)")
+    parser.option("--epochs", "EPOCHS", 4, "passes over all examples (default 4)")
+    parser.option("--share", "0..1", 1.0, "of the grounds (default 1)")
+    parser.option(
         "--lines",
-        type=_lines,
+        "A,B",
+        _lines,
+        f"FDTD lines to train on, '' for none (default {','.join(KEPT)})",
         default=KEPT,
-        metavar="A,B",
-        help=f"FDTD lines to train on, '' for none (default {','.join(KEPT)})",
     )
-    parser.add_argument("--threads", type=int, default=2, help="of the training (default 2)")
-    parser.add_argument(
+    parser.option("--threads", "THREADS", 2, "of the training (default 2)")
+    parser.option(
         "--python",
-        type=Path,
+        "FILE",
+        Path,
+        "that has PyTorch (default %(default)s)",
         default=Path("/usr/bin/python3"),
-        metavar="FILE",
-        help="that has PyTorch (default %(default)s)",
     )
     add_json_flag(parser)
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import argparse
 from pathlib import Path
 
 from gprodom.odometry.method import Method
+from gprodom.options import Parser
 
 _TELLER = "gprodom.learned.answers:teller_of"
 _NO_FRONT_END = ("gpr.enabled=true", "gpr.front_end=none")
@@ -31,11 +31,8 @@ METHODS = (
 COMMANDS = ("gprodom.learned.command", "gprodom.learned.live")
 
 
-def add_method_options(parser: argparse.ArgumentParser) -> None:
+def add_method_options(parser: Parser) -> None:
     """``--networks``."""
-    parser.add_argument(
-        "--networks",
-        type=Path,
-        metavar="DIR",
-        help="folder that gprodom learn wrote, for the learned methods",
+    parser.option(
+        "--networks", "DIR", Path, "folder that gprodom learn wrote, for the learned methods"
     )

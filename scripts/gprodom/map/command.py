@@ -21,7 +21,7 @@ from gprodom.map.ground import MapFile, facts, read_map
 from gprodom.map.picture import map_figure
 from gprodom.map.site import datum_of, site_as_text
 from gprodom.map.survey_command import add_survey
-from gprodom.options import Subparsers, add_command, add_output, add_picture_output
+from gprodom.options import Parser, Subparsers, add_command, add_output, add_picture_output
 from gprodom.trajectory import joined
 
 DESCRIPTION = """\
@@ -102,30 +102,28 @@ def add_parser(subparsers: Subparsers) -> None:
     _add_fetch(works)
 
 
-def _add_file(parser: argparse.ArgumentParser) -> None:
+def _add_file(parser: Parser) -> None:
     parser.add_argument("file", metavar="FILE", type=Path, help="map file")
 
 
-def _add_number(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--map", metavar="N", type=int, help="number of the map, where the file holds several"
-    )
+def _add_number(parser: Parser) -> None:
+    parser.option("--map", "N", int, "number of the map, where the file holds several")
 
 
-def _add_folder(parser: argparse.ArgumentParser, kind: type[Path]) -> None:
-    parser.add_argument(
+def _add_folder(parser: Parser, kind: type[Path]) -> None:
+    parser.option(
         "--folder",
-        metavar="DIR",
-        type=kind,
+        "DIR",
+        kind,
+        "state.directory of the service (default %(default)s)",
         default=kind(service.FOLDER),
-        help="state.directory of the service (default %(default)s)",
     )
 
 
 def _add_info(works: Subparsers) -> None:
     parser = add_command(works, "info", "what is in map files", INFO, EXAMPLES, run_info)
     parser.add_argument("files", metavar="FILE", type=Path, nargs="+", help="map file")
-    parser.add_argument("--runs", action="store_true", help="list the runs, too (for cut --runs)")
+    parser.flag("--runs", "list the runs, too (for cut --runs)")
     add_json_flag(parser)
 
 
@@ -139,30 +137,20 @@ def _add_export(works: Subparsers) -> None:
     parser = add_command(works, "export", "paths for other programs", EXPORT, EXAMPLES, run_export)
     _add_file(parser)
     for name in ("geojson", "csv"):
-        parser.add_argument(f"--{name}", metavar="OUT", type=OutputFile, help="see above")
-    parser.add_argument(
-        "--datum", metavar="LAT,LON[,HEIGHT[,YAW]]", type=parse_datum, help="see above"
-    )
+        parser.option(f"--{name}", "OUT", OutputFile, "see above")
+    parser.option("--datum", "LAT,LON[,HEIGHT[,YAW]]", parse_datum, "see above")
     _add_number(parser)
 
 
 def _add_cut(works: Subparsers) -> None:
     parser = add_command(works, "cut", "keep a part of a map", CUT, EXAMPLES, run_cut)
     _add_file(parser)
-    parser.add_argument(
-        "--runs", metavar="LIST", type=cut.parse_runs, help="runs by number: 0,2-4 (map info)"
+    parser.option("--runs", "LIST", cut.parse_runs, "runs by number: 0,2-4 (map info)")
+    parser.option(
+        "--distance", "FROM:TO", cut.parse_distance, "m of stored ground from the file's beginning"
     )
-    parser.add_argument(
-        "--distance",
-        metavar="FROM:TO",
-        type=cut.parse_distance,
-        help="m of stored ground from the file's beginning",
-    )
-    parser.add_argument(
-        "--area",
-        metavar="XMIN,YMIN,XMAX,YMAX",
-        type=cut.parse_area,
-        help="rectangle in the map's frame, m",
+    parser.option(
+        "--area", "XMIN,YMIN,XMAX,YMAX", cut.parse_area, "rectangle in the map's frame, m"
     )
     _add_number(parser)
     add_output(parser, "OUT", "map file")
@@ -180,7 +168,7 @@ def _add_merge(works: Subparsers) -> None:
 def _add_install(works: Subparsers) -> None:
     parser = add_command(works, "install", "a map for the service", INSTALL, EXAMPLES, run_install)
     parser.add_argument("files", metavar="FILE", type=Path, nargs="+", help="map file")
-    parser.add_argument("--as", metavar="NAME", dest="name", help="its name there (default FILE's)")
+    parser.option("--as", "NAME", str, "its name there (default FILE's)", dest="name")
     _add_folder(parser, OutputFolder)
 
 

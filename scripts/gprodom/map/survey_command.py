@@ -50,16 +50,14 @@ def add_survey(works: Subparsers) -> None:
     parser = add_command(works, "survey", "surveyed markers", DESCRIPTION, EXAMPLES, run)
     parser.add_argument("markers", metavar="MARKERS", type=Path, help="CSV, see above")
     parser.add_argument("log", metavar="LOG", type=Path, help="LCM log")
-    parser.add_argument("--fixes", metavar="OUT", type=OutputFile, help="log with fixes to write")
-    parser.add_argument("--picture", metavar="FILE", type=PictureFile, help="picture to draw")
-    parser.add_argument(
-        "--align", choices=["none", "se2"], default="none", help="default: %(default)s"
-    )
-    parser.add_argument(
+    parser.option("--fixes", "OUT", OutputFile, "log with fixes to write")
+    parser.option("--picture", "FILE", PictureFile, "picture to draw")
+    parser.choice("--align", ["none", "se2"], "none", "default: %(default)s")
+    parser.option(
         "--datum",
-        metavar="LAT,LON[,HEIGHT]",
-        type=parse_datum,
-        help="where site lies, for markers in degrees (default: what LOG or anchor.datum tells)",
+        "LAT,LON[,HEIGHT]",
+        parse_datum,
+        "where site lies, for markers in degrees (default: what LOG or anchor.datum tells)",
     )
     add_config_options(parser)
     add_json_flag(parser)

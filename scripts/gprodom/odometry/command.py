@@ -51,17 +51,15 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("--method", required=True, help="see above")
     add_config_options(parser)
     add_method_options(parser)
-    parser.add_argument("--tum", type=OutputFile, metavar="FILE", help="file for the trajectory")
-    parser.add_argument(
+    parser.option("--tum", "FILE", OutputFile, "file for the trajectory")
+    parser.option(
         "--smoothed",
-        type=OutputFile,
-        metavar="FILE",
-        help="file for every state from one solution over all data (TUM)",
+        "FILE",
+        OutputFile,
+        "file for every state from one solution over all data (TUM)",
     )
     add_output(parser, "LOG", "file for the replay's log", required=False)
-    parser.add_argument(
-        "--truth", type=Path, metavar="TRUTH", help="score against this (as gprodom score does)"
-    )
+    parser.option("--truth", "TRUTH", Path, "score against this (as gprodom score does)")
     add_align_option(parser)
     add_sample_interval_option(parser)
     add_json_flag(parser)

@@ -71,19 +71,16 @@ def _add_trajectory(subjects: Subparsers) -> None:
         run_trajectory,
     )
     parser.add_argument("estimates", metavar="EST", type=Path, nargs="+", help="log or TUM file")
-    parser.add_argument(
-        "--truth", type=Path, metavar="TRUTH", help="truth, to which the trajectories are aligned"
-    )
-    parser.add_argument(
+    parser.option("--truth", "TRUTH", Path, "truth, to which the trajectories are aligned")
+    parser.option(
         "--labels",
-        metavar="A,B",
-        help="names of the trajectories in the legend (default: the methods that the files are "
+        "A,B",
+        str,
+        "names of the trajectories in the legend (default: the methods that the files are "
         "named by, else estimate 1 and so on, in the order given)",
     )
     add_align_option(parser)
-    parser.add_argument(
-        "--frame", choices=FRAMES, default="map", help="frame of the poses of logs (default map)"
-    )
+    parser.choice("--frame", FRAMES, "map", "frame of the poses of logs (default map)")
     add_picture_output(parser)
     add_config_options(parser)
 
@@ -99,11 +96,11 @@ def _add_log(subjects: Subparsers) -> None:
         run_log,
     )
     parser.add_argument("log", metavar="LOG", type=Path, help="output of a replay or a recording")
-    parser.add_argument(
+    parser.option(
         "--wheel",
-        type=Path,
-        metavar="LOG",
-        help="log with the wheel's speed: the replay's input (its output has none)",
+        "LOG",
+        Path,
+        "log with the wheel's speed: the replay's input (its output has none)",
     )
     add_picture_output(parser)
     add_config_options(parser)
@@ -122,12 +119,7 @@ def _add_observability(subjects: Subparsers) -> None:
     parser.add_argument(
         "sources", metavar="SEQ|LOG", type=Path, nargs="+", help="sequence with truth"
     )
-    parser.add_argument(
-        "--methods",
-        default="sfm,trace_count",
-        metavar="A,B",
-        help="front ends (default sfm,trace_count)",
-    )
+    parser.option("--methods", "A,B", "sfm,trace_count", "front ends (default sfm,trace_count)")
     add_output(parser, "DIR", "folder for the results", OutputFolder)
     add_config_options(parser)
     add_sample_interval_option(parser)

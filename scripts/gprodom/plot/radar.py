@@ -168,33 +168,11 @@ def add_parser(subjects: Subparsers) -> None:
     )
     parser.add_argument("source", metavar="SEQ|LOG", type=Path)
     add_picture_output(parser)
-    parser.add_argument(
-        "--at",
-        metavar="S",
-        type=float,
-        default=20.0,
-        help="time of the window, from the first trace (default 20)",
-    )
-    parser.add_argument(
-        "--window",
-        metavar="N",
-        type=int,
-        default=100,
-        help="traces in the window (default %(default)s)",
-    )
-    parser.add_argument(
-        "--step",
-        metavar="N",
-        type=int,
-        default=10,
-        help="traces to the next window (default %(default)s)",
-    )
-    parser.add_argument(
-        "--wave-speed", metavar="M/S", type=float, default=1e8, help="default %(default)g"
-    )
-    parser.add_argument(
-        "--antenna", metavar="ID", type=int, help="of several (default: the first heard)"
-    )
+    parser.option("--at", "S", 20.0, "time of the window, from the first trace (default 20)")
+    parser.option("--window", "N", 100, "traces in the window (default %(default)s)")
+    parser.option("--step", "N", 10, "traces to the next window (default %(default)s)")
+    parser.option("--wave-speed", "M/S", 1e8, "default %(default)g")
+    parser.option("--antenna", "ID", int, "of several (default: the first heard)")
     add_sample_interval_option(parser)
     add_config_options(parser)
 

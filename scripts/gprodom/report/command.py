@@ -27,11 +27,11 @@ def add_parser(subparsers: Subparsers) -> None:
     """Adds ``report``."""
     parser = add_command(subparsers, "report", "a page about a drive", DESCRIPTION, EXAMPLES, run)
     parser.add_argument("log", metavar="LOG", type=Path, help="log with the estimate")
-    parser.add_argument(
+    parser.option(
         "--sensors",
-        type=Path,
-        metavar="SEQ|LOG",
-        help="the replay's input, where LOG has no sensor data (as the output of a replay): for "
+        "SEQ|LOG",
+        Path,
+        "the replay's input, where LOG has no sensor data (as the output of a replay): for "
         "the wheel's speed, dead reckoning and the ground",
     )
     add_output(parser, "FILE", "page to write")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass
 from typing import Literal, get_args
 
@@ -11,6 +10,7 @@ import numpy as np
 from gprodom import rotation
 from gprodom.arrays import Bools, Floats
 from gprodom.errors import Error
+from gprodom.options import Parser
 from gprodom.score.associate import Pairs
 from gprodom.trajectory import Trajectory, path_length
 
@@ -92,18 +92,14 @@ def fit(pairs: Pairs, alignment: Alignment, first_m: float = FIRST_M) -> Transfo
 
 
 def add_align_option(
-    parser: argparse.ArgumentParser, what: str = "alignment as in gprodom score (default se2)"
+    parser: Parser, what: str = "alignment as in gprodom score (default se2)"
 ) -> None:
     """``--align``."""
-    parser.add_argument("--align", choices=ALIGNMENTS, default="se2", help=what)
+    parser.choice("--align", ALIGNMENTS, "se2", what)
 
 
-def add_first_m_option(parser: argparse.ArgumentParser) -> None:
+def add_first_m_option(parser: Parser) -> None:
     """``--first-m``."""
-    parser.add_argument(
-        "--first-m",
-        type=float,
-        default=FIRST_M,
-        metavar="M",
-        help=f"metres that --align first aligns by (default {FIRST_M:g})",
+    parser.option(
+        "--first-m", "M", FIRST_M, f"metres that --align first aligns by (default {FIRST_M:g})"
     )

@@ -11,7 +11,7 @@ from gprodom.config import read_channels
 from gprodom.console import add_json_flag, tell
 from gprodom.errors import UsageError
 from gprodom.files import OutputFolder
-from gprodom.options import Subparsers, add_command, add_config_options
+from gprodom.options import Parser, Subparsers, add_command, add_config_options
 from gprodom.score.align import add_align_option, add_first_m_option
 from gprodom.score.associate import MAX_GAP_S, UNCOVERED_M, associate, warn_of_uncovered
 from gprodom.score.consistency import TruthError
@@ -70,43 +70,36 @@ def add_parser(subparsers: Subparsers) -> None:
         "moved by its first metres, or by all points; turned in space and moved by all points",
     )
     add_first_m_option(parser)
-    parser.add_argument(
+    parser.option(
         "--prism",
-        type=parse_point,
-        metavar="X,Y,Z",
-        help="point whose position the truth measured (m, body frame; default 0,0,0)",
+        "X,Y,Z",
+        parse_point,
+        "point whose position the truth measured (m, body frame; default 0,0,0)",
     )
-    parser.add_argument(
-        "--frame", choices=FRAMES, default="map", help="frame of the poses of a log (default map)"
-    )
+    parser.choice("--frame", FRAMES, "map", "frame of the poses of a log (default map)")
     add_truth_error(parser)
     add_config_options(parser)
     add_json_flag(parser)
-    parser.add_argument(
-        "--plot",
-        type=OutputFolder,
-        metavar="DIR",
-        help="folder for trajectory.png, error.png and report.html",
+    parser.option(
+        "--plot", "DIR", OutputFolder, "folder for trajectory.png, error.png and report.html"
     )
 
 
-def add_truth_error(parser: argparse.ArgumentParser) -> None:
+def add_truth_error(parser: Parser) -> None:
     """``--truth-sigma`` and ``--truth-delay-sigma``."""
     exact = TruthError()
-    parser.add_argument(
+    parser.option(
         "--truth-sigma",
-        type=float,
-        metavar="M",
-        default=exact.sigma_m,
-        help="noise of the truth, of each coordinate (m, one standard deviation; default "
+        "M",
+        exact.sigma_m,
+        "noise of the truth, of each coordinate (m, one standard deviation; default "
         f"{exact.sigma_m:g}, a total station's); counts in the NEES",
     )
-    parser.add_argument(
+    parser.option(
         "--truth-delay-sigma",
-        type=float,
-        metavar="S",
-        default=exact.delay_sigma_s,
-        help="offset of the truth's clock (s, one standard deviation; default 0)",
+        "S",
+        exact.delay_sigma_s,
+        "offset of the truth's clock (s, one standard deviation; default 0)",
     )
 
 

@@ -73,95 +73,73 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers, "simulate", "make a sequence from a seed", DESCRIPTION, EXAMPLES, run
     )
     parser.add_argument("-o", "--output", metavar="OUT", type=Output, required=True)
-    parser.add_argument(
-        "--seed",
-        type=int,
-        default=0,
-        help="seed of all random errors, 0 or more (default: %(default)s)",
+    parser.option(
+        "--seed", "SEED", 0, "seed of all random errors, 0 or more (default: %(default)s)"
     )
-    parser.add_argument(
+    parser.choice(
         "--route",
-        choices=ROUTES,
-        default="line",
-        help="default: %(default)s, with reversals; eight: figure of eight; stops: at many places",
+        ROUTES,
+        "line",
+        "default: %(default)s, with reversals; eight: figure of eight; stops: at many places",
     )
-    parser.add_argument(
-        "--distance", metavar="M", type=float, default=30.0, help="default: %(default)s"
+    parser.option("--distance", "M", 30.0, "default: %(default)s")
+    parser.option("--speed", "M/S", float, "top speed (default: 0.6, or the robot's own)")
+    parser.choice("--robot", sorted(KINDS), None, "see above")
+    parser.choice(
+        "--surface", sorted(SURFACES), None, "surface that the robot drives on (default: floor)"
     )
-    parser.add_argument(
-        "--speed", metavar="M/S", type=float, help="top speed (default: 0.6, or the robot's own)"
-    )
-    parser.add_argument("--robot", choices=sorted(KINDS), help="see above")
-    parser.add_argument(
-        "--surface",
-        choices=sorted(SURFACES),
-        help="surface that the robot drives on (default: floor)",
-    )
-    parser.add_argument(
-        "--standstill",
-        metavar="S",
-        type=float,
-        default=6.0,
-        help="standstill at the start (default: %(default)s)",
-    )
-    parser.add_argument(
-        "--slips", metavar="N", type=int, default=0, help="slip or skid episodes (default: 0)"
-    )
-    parser.add_argument(
+    parser.option("--standstill", "S", 6.0, "standstill at the start (default: %(default)s)")
+    parser.option("--slips", "N", 0, "slip or skid episodes (default: 0)")
+    parser.option(
         "--lasting",
-        metavar="KIND",
+        "KIND",
+        "",
+        f"slip that lasts for seconds to minutes: {', '.join(lasting.KINDS)} (default: none)",
         choices=lasting.KINDS,
-        default="",
-        help=f"slip that lasts for seconds to minutes: {', '.join(lasting.KINDS)} (default: none)",
     )
-    parser.add_argument(
+    parser.option(
         "--ground",
-        metavar="NAME|FILE",
-        default=RAYS,
-        help=f"{', '.join(shipped())}, a file of `gprodom ground`, {RAYS} or {NONE} (no radar; "
+        "NAME|FILE",
+        RAYS,
+        f"{', '.join(shipped())}, a file of `gprodom ground`, {RAYS} or {NONE} (no radar; "
         "default: %(default)s)",
     )
-    parser.add_argument(
+    parser.option(
         "--antenna",
-        metavar="X,Y",
-        type=parse_point,
+        "X,Y",
+        parse_point,
+        "the radar's middle in body, m (default: 0,0); again for each further antenna",
         action="append",
-        help="the radar's middle in body, m (default: 0,0); again for each further antenna",
     )
-    parser.add_argument(
+    parser.option(
         "--trigger-distance",
-        metavar="M",
-        type=float,
-        default=0.0,
-        help="the wheel makes a trace each M metres that it counts, slip included, and none at "
+        "M",
+        0.0,
+        "the wheel makes a trace each M metres that it counts, slip included, and none at "
         "rest (default: a clock, 20 traces/s)",
     )
     for name, what in (
         ("contact", "the wheel's point of contact"),
         ("prism", "the total station's prism"),
     ):
-        parser.add_argument(
-            f"--{name}",
-            metavar="X,Y",
-            type=parse_point,
-            default=(0.0, 0.0),
-            help=f"{what} in body, m (default: 0,0)",
+        parser.option(
+            f"--{name}", "X,Y", parse_point, f"{what} in body, m (default: 0,0)", default=(0.0, 0.0)
         )
-    parser.add_argument(
+    parser.option(
         "--imu",
-        metavar="X,Y,Z",
-        type=parse_place,
+        "X,Y,Z",
+        parse_place,
+        "the IMU's place in body, m: turning adds accelerations there (default: 0,0,0)",
         default=(0.0, 0.0, 0.0),
-        help="the IMU's place in body, m: turning adds accelerations there (default: 0,0,0)",
     )
-    parser.add_argument(
+    parser.option(
         "--pipes",
-        metavar="FILE",
-        type=Path,
-        help=f"pipes across the x axis in ground {RAYS}, as gprodom run --pipes reads them (those "
+        "FILE",
+        Path,
+        f"pipes across the x axis in ground {RAYS}, as gprodom run --pipes reads them (those "
         "of other ground are in its scene)",
     )
-    parser.add_argument("--plain", action="store_true", help="see above")
+    parser.flag("--plain", "see above")
     add_json_flag(parser)
 
 

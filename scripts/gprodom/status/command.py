@@ -43,20 +43,9 @@ def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(
         subparsers, "status", "watch a running gprodomd", DESCRIPTION, EXAMPLES, run
     )
-    parser.add_argument(
-        "--lcm-url",
-        default=DEFAULT_URL,
-        metavar="URL",
-        help="LCM connection (default: %(default)s)",
-    )
-    parser.add_argument("--once", action="store_true", help="print one line and end")
-    parser.add_argument(
-        "--timeout",
-        type=float,
-        default=5.0,
-        metavar="S",
-        help="seconds to wait for the daemon, with --once (default: 5)",
-    )
+    parser.option("--lcm-url", "URL", DEFAULT_URL, "LCM connection (default: %(default)s)")
+    parser.flag("--once", "print one line and end")
+    parser.option("--timeout", "S", 5.0, "seconds to wait for the daemon, with --once (default: 5)")
     add_json_flag(parser)
 
 

@@ -52,33 +52,26 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "log", metavar="LOG", type=Path, nargs="?", help="log with the estimate, or a .rrd file"
     )
-    parser.add_argument("--live", action="store_true", help="show a running gprodomd")
-    parser.add_argument(
-        "--sensors", type=Path, metavar="SEQ|LOG", help="the replay's input, where LOG has none"
-    )
-    parser.add_argument(
-        "--map", type=Path, metavar="MAP", dest="map_file", help="ground of earlier drives"
-    )
-    parser.add_argument("--map-number", type=int, metavar="N", help="map of that file, of several")
+    parser.flag("--live", "show a running gprodomd")
+    parser.option("--sensors", "SEQ|LOG", Path, "the replay's input, where LOG has none")
+    parser.option("--map", "MAP", Path, "ground of earlier drives", dest="map_file")
+    parser.option("--map-number", "N", int, "map of that file, of several")
     add_output(parser, "FILE.rrd", "write this, show nothing", required=False)
-    parser.add_argument("--web", action="store_true", help="for a browser, in place of a window")
-    parser.add_argument(
-        "--web-port", type=int, default=WEB_PORT, metavar="N", help="default %(default)s"
-    )
-    parser.add_argument(
+    parser.flag("--web", "for a browser, in place of a window")
+    parser.option("--web-port", "N", WEB_PORT, "default %(default)s")
+    parser.option(
         "--address",
-        default="127.0.0.1",
-        metavar="IP",
-        help="address to listen on (default %(default)s: this machine alone)",
+        "IP",
+        "127.0.0.1",
+        "address to listen on (default %(default)s: this machine alone)",
     )
-    parser.add_argument(
+    parser.choice(
         "--renderer",
-        choices=("vulkan", "gl"),
-        help="of the window; vulkan with mesa-vulkan-drivers needs no graphics card",
+        ("vulkan", "gl"),
+        None,
+        "of the window; vulkan with mesa-vulkan-drivers needs no graphics card",
     )
-    parser.add_argument(
-        "--lcm-url", default=DEFAULT_URL, metavar="URL", help="with --live (default %(default)s)"
-    )
+    parser.option("--lcm-url", "URL", DEFAULT_URL, "with --live (default %(default)s)")
     add_config_options(parser)
 
 
