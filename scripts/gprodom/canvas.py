@@ -13,8 +13,10 @@ from typing import TYPE_CHECKING, Any
 from gprodom.files import write_bytes
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes as Axes
+    from matplotlib.figure import Figure as Figure
+else:  # matplotlib is slow to import, and only its users do
+    Axes = Figure = Any
 
 TRUTH_COLOUR = "0.55"
 # Okabe and Ito's palette: told apart by colour-blind readers and in print.

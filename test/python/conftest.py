@@ -14,7 +14,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -23,10 +23,6 @@ import gprodom
 from gprodom import canvas
 from gprodom.cli import main
 from made_drive import write_drive
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 BENCH = CHECKOUT / "bench"
@@ -152,12 +148,12 @@ class Silent:
 
 
 @pytest.fixture
-def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
+def drawn(monkeypatch: pytest.MonkeyPatch) -> list[canvas.Figure]:
     """The figures that were drawn, in order; each must be a picture that is not blank."""
-    figures: list[Figure] = []
+    figures: list[canvas.Figure] = []
     to_png: Callable[..., bytes] = canvas.png
 
-    def png(figure: Figure, dpi: int = 110) -> bytes:
+    def png(figure: canvas.Figure, dpi: int = 110) -> bytes:
         data = to_png(figure, dpi)
         assert len(colours_in(data)) > 10
         figures.append(figure)
@@ -181,7 +177,7 @@ def colours_in(picture: bytes) -> set[str]:
     return {f"#{r:02x}{g:02x}{b:02x}" for r, g, b in np.unique(pixels.reshape(-1, 3), axis=0)}
 
 
-def line(axis: Axes, label: str) -> np.ndarray:
+def line(axis: canvas.Axes, label: str) -> np.ndarray:
     """(2, n): x and y of the line of that label, or of the first whose label begins with it."""
     [found, *_] = [each for each in axis.get_lines() if str(each.get_label()).startswith(label)]
     return np.array(found.get_data(), float)

@@ -11,13 +11,13 @@ import stat
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
 import gprodom
 from conftest import Cli, line, rows_of, run_cli
+from gprodom import canvas
 from gprodom.map import service
 from gprodom.map.ground import read_map
 from gprodom.random_streams import stream
@@ -26,9 +26,6 @@ from gprodom.simulate.routes import make_route
 from gprodom.simulate.sequence import Spec, simulate
 from known_drives import drive
 from map_bytes import bodies, bodies_of_version_1, sealed, version_1
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 pytestmark = pytest.mark.usefixtures("compiled")
 
@@ -81,7 +78,7 @@ def test_a_column_has_one_place(made: Path) -> None:
     assert (np.diff(columns) > 0).all()
 
 
-def test_the_picture_shows_paths_and_ground(made: Path, drawn: list[Figure]) -> None:
+def test_the_picture_shows_paths_and_ground(made: Path, drawn: list[canvas.Figure]) -> None:
     run_cli("map", "plot", made / "two.map", "-o", made / "two.png")
     axes = drawn[-1].axes
     assert len(axes) == 2

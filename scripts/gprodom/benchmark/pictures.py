@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from collections.abc import Sequence as Items
 from math import ceil, sqrt
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,10 +13,6 @@ from gprodom import canvas
 from gprodom.benchmark.curves import INTERVALS, STEP_S, Curves
 from gprodom.benchmark.jobs import Outcome
 from gprodom.score.record import scene_of
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 GPR, WHEEL = "gpr_sfm", "wheel"  # the paper's distances: of the radar alone, of the encoder
 MOST_PANELS = 11
@@ -39,7 +35,7 @@ def styles(methods: Items[str]) -> dict[str, dict[str, Any]]:
     return {name: canvas.line_style(i, len(methods)) for i, name in enumerate(methods)}
 
 
-def _panels(count: int, height: float) -> tuple[Figure, list[Axes]]:
+def _panels(count: int, height: float) -> tuple[canvas.Figure, list[canvas.Axes]]:
     """Panels, at most three side by side, of a page's width, so that texts stay as large as they
     are; the last one is left for the legend."""
     columns = 2 if count == 3 else min(3, count + 1)
@@ -52,7 +48,7 @@ def _panels(count: int, height: float) -> tuple[Figure, list[Axes]]:
     return figure, axes
 
 
-def _legend(axes: list[Axes], count: int) -> None:
+def _legend(axes: list[canvas.Axes], count: int) -> None:
     """What the lines of all panels are, in the first one left."""
     lines: dict[str, Any] = {}
     for axis in axes[:count]:
@@ -66,7 +62,7 @@ def sequence_title(name: str) -> str:
     return name.removesuffix("-cmu-gpr")
 
 
-def travelled_figure(curves: Mapping[str, ByMethod]) -> Figure | None:
+def travelled_figure(curves: Mapping[str, ByMethod]) -> canvas.Figure | None:
     """Distance travelled over time: of the radar alone, of the wheel, of the truth."""
     shown = [name for name, each in curves.items() if GPR in each or WHEEL in each]
     shown = shown[:MOST_PANELS]
@@ -86,7 +82,7 @@ def travelled_figure(curves: Mapping[str, ByMethod]) -> Figure | None:
     return figure
 
 
-def intervals_figure(curves: Mapping[str, ByMethod], scenes: Items[str]) -> Figure | None:
+def intervals_figure(curves: Mapping[str, ByMethod], scenes: Items[str]) -> canvas.Figure | None:
     """RMS error of a displacement against the time over which it is taken, by scene."""
     methods = [method for method in (WHEEL, GPR) if any(method in each for each in curves.values())]
     if not methods:
@@ -115,7 +111,7 @@ def interval_values(curves: Items[Curves]) -> list[float]:
 
 def time_figure(
     curves: Mapping[str, ByMethod], scenes: Items[str], methods: Items[str]
-) -> Figure | None:
+) -> canvas.Figure | None:
     """RMS position error so far against time, over those sequences of each scene that are long
     enough.
     """
@@ -145,7 +141,7 @@ def _mean_square_root(runs: Items[Items[float]]) -> np.ndarray:
     return np.asarray(np.sqrt(np.nanmean(squares, axis=0)))
 
 
-def paths_figure(each: ByMethod, methods: Items[str], title: str) -> Figure:
+def paths_figure(each: ByMethod, methods: Items[str], title: str) -> canvas.Figure:
     """All methods of one sequence over the truth, aligned, seen from above."""
     figure, (axis,) = canvas.new_figure(width=PAGE_WIDTH, height=5.0)
     truth = np.array(next(iter(each.values())).true_path)

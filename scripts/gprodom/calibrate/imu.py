@@ -6,10 +6,10 @@ import argparse
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gprodom import canvas
 from gprodom.arrays import Floats
 from gprodom.calibrate.fragment import Found, add_output_option, tell_found
 from gprodom.console import add_json_flag
@@ -19,10 +19,6 @@ from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import SETTLED_S, has_wheel, standstill, wheel_distance
 from gprodom.odometry.estimate import read_sensors
 from gprodom.options import Subparsers, add_command, add_config_options
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 
 MIN_S = 20.0  # of standstill
 WHITE_S = 1.0  # up to this averaging time the deviation is taken to be white noise's
@@ -121,10 +117,8 @@ def at_rest(log: dict[str, logs.Channel]) -> tuple[Floats, Floats, float]:
     return imu["linear_acceleration"][during], imu["angular_velocity"][during], rate
 
 
-def allan_figure(acceleration: Floats, gyro: Floats, rate: float) -> Figure:
+def allan_figure(acceleration: Floats, gyro: Floats, rate: float) -> canvas.Figure:
     """Allan deviation of both sensors, axis by axis."""
-    from gprodom import canvas
-
     figure, axes = canvas.new_figure(1, 2, width=9.0, height=3.8)
     for axis, values, what in (
         (axes[0], gyro, "angular rate (rad/s)"),
@@ -158,8 +152,6 @@ def run(args: argparse.Namespace) -> int:
     noise = {"gyro": measure_noise(gyro, rate), "accel": measure_noise(acceleration, rate)}
     found = [item for name, each in noise.items() for item in _as_found(name, each)]
     if args.plot is not None:
-        from gprodom import canvas
-
         canvas.save(allan_figure(acceleration, gyro, rate), args.plot)
     figures = {name: asdict(each) for name, each in noise.items()}
     return tell_found(args, found, {"seconds": len(gyro) / rate, **figures})

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,9 +18,6 @@ from gprodom.plot.log import wheel_speed
 from gprodom.report.page import STYLE, cards, drawn
 from gprodom.report.pictures import NARROW_IN, WIDE_IN, thinned
 from gprodom.trajectory import Trajectory
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 BLUE, ORANGE, GREEN, PINK = canvas.COLOURS[:4]
 COLOURS = {"before": ORANGE, "after": BLUE}
@@ -114,7 +110,7 @@ def write_html(name: str, found: Commission, comparison: Comparison | None) -> s
     return canvas.page(f"Commissioning by {name}", parts, STYLE)
 
 
-def above_figure(comparison: Comparison, narrow: bool) -> Figure:
+def above_figure(comparison: Comparison, narrow: bool) -> canvas.Figure:
     """The ways of the last method before and after, on the reference."""
     width = NARROW_IN if narrow else WIDE_IN
     figure, (axis,) = canvas.new_figure(width=width, height=4.2 if narrow else 4.8)
@@ -138,7 +134,7 @@ def _shown(path: Trajectory) -> Trajectory:
     return path.select(thinned(len(path)))
 
 
-def driven_figure(found: Commission, narrow: bool) -> Figure:
+def driven_figure(found: Commission, narrow: bool) -> canvas.Figure:
     """Speed and rate of turn along time."""
     width = NARROW_IN if narrow else WIDE_IN
     figure, (speed, turn) = canvas.new_figure(2, 1, width=width, height=3.6, sharex=True)

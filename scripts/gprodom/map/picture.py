@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 from math import ceil
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gprodom import canvas
 from gprodom.map.ground import MapFile, stored_positions
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 MOST_COLUMNS = 3  # of maps side by side
 MOST_POINTS = 20_000  # of a map's ground that are drawn
 
 
-def map_figure(file: MapFile) -> Figure:
+def map_figure(file: MapFile) -> canvas.Figure:
     """Paths and, as a band, the ground that is stored; an axis for each map, as their frames are
     not related."""
     columns = min(len(file.maps), MOST_COLUMNS)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -16,9 +16,6 @@ from gprodom.fixes.record import Frame
 from gprodom.geodesy import Datum
 from gprodom.score.align import fit_planar
 from gprodom.trajectory import Trajectory, interpolate
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Places = dict[int, tuple[float, float, float]]  # of antennas in body, m
 MOST_SAMPLES = 50  # of the estimate over one visit
@@ -119,7 +116,7 @@ def compare(
     return Survey(residuals, path, uncovered)
 
 
-def survey_figure(survey: Survey) -> Figure:
+def survey_figure(survey: Survey) -> canvas.Figure:
     """The path with the markers, and beside it the residuals."""
     figure, axes = canvas.new_figure(1, 2, width=12.0, height=5.5)
     way, off = axes

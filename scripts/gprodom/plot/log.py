@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from gprodom import canvas
@@ -14,14 +12,10 @@ from gprodom.lcm.constants import flag_bits, kind
 from gprodom.odometry.dead_reckoning import has_wheel, wheel_distance
 from gprodom.trajectory import Times
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
 SPEED_SPAN_S = 0.5  # over which the wheel's speed is taken
 
 
-def log_figure(log: dict[str, logs.Channel], title: str) -> Figure:
+def log_figure(log: dict[str, logs.Channel], title: str) -> canvas.Figure:
     """Speed of robot and wheel, uncertainty of position and yaw, flags, along time."""
     odometry = log["odometry"]
     origin = int(odometry["utime"][0])
@@ -58,7 +52,9 @@ def radar_speed(displacement: logs.Channel) -> tuple[Times, Floats]:
     return displacement["utime_to"][moves][order], speed[order]
 
 
-def _draw_speed(axis: Axes, log: dict[str, logs.Channel], seconds: Floats, origin: int) -> None:
+def _draw_speed(
+    axis: canvas.Axes, log: dict[str, logs.Channel], seconds: Floats, origin: int
+) -> None:
     measured = wheel_speed(log)
     if measured is not None:
         clock = (measured[0] - origin) * 1e-6
@@ -69,7 +65,9 @@ def _draw_speed(axis: Axes, log: dict[str, logs.Channel], seconds: Floats, origi
     canvas.legend_beside(axis)
 
 
-def _draw_sigmas(position: Axes, heading: Axes, odometry: logs.Channel, seconds: Floats) -> None:
+def _draw_sigmas(
+    position: canvas.Axes, heading: canvas.Axes, odometry: logs.Channel, seconds: Floats
+) -> None:
     """Each with an axis of its own: metres and degrees have no common scale."""
     variance = odometry["pose_covariance"].reshape(-1, 6, 6)
     metres = np.sqrt(np.maximum(variance[:, 0, 0] + variance[:, 1, 1], 0))
@@ -82,7 +80,7 @@ def _draw_sigmas(position: Axes, heading: Axes, odometry: logs.Channel, seconds:
         axis.set_ylim(bottom=0)
 
 
-def _draw_flags(axis: Axes, flags: Ints, seconds: Floats) -> None:
+def _draw_flags(axis: canvas.Axes, flags: Ints, seconds: Floats) -> None:
     """A lane each; standing is no trouble, so it has another colour than the rest."""
     bits = flag_bits()
     for row, (name, bit) in enumerate(bits.items()):

@@ -8,17 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gprodom import canvas
 from gprodom.arrays import Floats, Ints
 from gprodom.calibrate.k import Shifts, fit_k
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 MANY = 2000  # windows: beyond, points are pale, so that it is seen where they are dense
 
@@ -105,7 +100,7 @@ def _correlation(a: Floats, b: Floats) -> float | None:
 
 def observability_figure(
     seen: Mapping[str, Observed], figures: Mapping[str, Observability]
-) -> Figure:
+) -> canvas.Figure:
     """Shift against true displacement, the front ends side by side."""
     figure, axes = canvas.new_figure(1, len(seen), width=5.0 * len(seen), height=4.4)
     for axis, (name, windows) in zip(axes, seen.items(), strict=True):
@@ -120,7 +115,7 @@ def observability_figure(
     return figure
 
 
-def _draw(axis: Axes, windows: Observed) -> None:
+def _draw(axis: canvas.Axes, windows: Observed) -> None:
     axis.plot(
         windows.displacement,
         windows.shift,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -18,11 +18,6 @@ from gprodom.lcm.antennas import choose
 from gprodom.lcm.constants import constants
 from gprodom.odometry.estimate import read_sensors
 from gprodom.options import Subparsers, add_command, add_config_options, add_picture_output
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
 
 ROWS, COLUMNS = 50, 50  # of the feature matrix, as paper.rows and paper.columns
 MIN_OVERLAP = 0.3
@@ -91,7 +86,7 @@ def make_windows(
 
 def radar_figure(
     one: Window, two: Window, interval: float, wave_speed: float, step: int, title: str
-) -> Figure:
+) -> canvas.Figure:
     """Two rows: B, B' with peaks, a trace; S, S of the later window, their distance."""
     figure, axes = canvas.new_figure(2, 3, width=12.0, height=7.0)
     deepest = one.raw.shape[1] * interval * wave_speed / 2
@@ -125,7 +120,7 @@ def radar_figure(
     return figure
 
 
-def _draw_trace(axis: Axes, window: Window, metres: float) -> None:
+def _draw_trace(axis: canvas.Axes, window: Window, metres: float) -> None:
     """The middle trace of B' against depth, peaks on it."""
     middle = len(window.kept) // 2
     trace = window.kept[middle]
@@ -141,7 +136,7 @@ def _draw_trace(axis: Axes, window: Window, metres: float) -> None:
         canvas.legend_below(axis, 1)
 
 
-def _draw_match(axis: Axes, one: Window, two: Window, step: int) -> None:
+def _draw_match(axis: canvas.Axes, one: Window, two: Window, step: int) -> None:
     from gprodom import gpr
 
     match, distances = gpr.align_sfm(one.matrix, two.matrix, min_overlap=MIN_OVERLAP)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,10 +18,6 @@ from gprodom.lcm.constants import kind
 from gprodom.options import Subparsers, add_command, add_config_options, add_picture_output
 from gprodom.score.sources import odometry
 from gprodom.trajectory import Trajectory, interpolate
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 
 EXAMPLES = """\
   gprodom plot revisits out.lcmlog -o revisits.png
@@ -65,7 +60,7 @@ def find_revisits(log: dict[str, logs.Channel]) -> Revisits:
 
 def revisits_figure(
     path: Trajectory, found: Revisits, correction: logs.Channel | None, title: str
-) -> Figure:
+) -> canvas.Figure:
     """From above, and along time."""
     figure, axes = canvas.new_figure(2, 2, width=11.0, height=8.0)
     seen = found.within(path)

@@ -6,7 +6,7 @@ import html
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -17,9 +17,6 @@ from gprodom.drive.log import Drive
 from gprodom.drive.troubles import Trouble, covered_s, stretches
 from gprodom.lcm.constants import flag
 from gprodom.report import pictures, vector
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 MOST_ROWS = 24  # of what went wrong: a page of paper
 COLUMNS = ("what", "level", "times", "for", "longest from", "at x, y (m)")
@@ -212,7 +209,7 @@ GROUND = (
 def _figures(
     name: str,
     drive: Drive,
-    draw: Callable[[Drive, bool], Figure | None],
+    draw: Callable[[Drive, bool], canvas.Figure | None],
     caption: str,
     heading: str,
 ) -> list[str]:
@@ -220,7 +217,7 @@ def _figures(
     return [canvas.heading(heading), *found] if found else []
 
 
-def drawn(name: str, draw: Callable[[bool], Figure | None], caption: str) -> list[str]:
+def drawn(name: str, draw: Callable[[bool], canvas.Figure | None], caption: str) -> list[str]:
     """The wide and the narrow picture, of which a screen shows one; [] where there is none."""
     figures = {kind: draw(kind == "narrow") for kind in ("wide", "narrow")}
     elements = [

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -17,10 +17,6 @@ from gprodom.lcm.constants import flag, flag_bits
 from gprodom.plot.log import SPEED_SPAN_S, wheel_speed
 from gprodom.plot.revisits import Revisits, find_revisits
 from gprodom.trajectory import Trajectory, interpolate
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 WIDE_IN, NARROW_IN = 7.2, 3.5  # of 96 pixels
 MOST_POINTS = 2000  # of a curve: as many as a picture has pixels on a fine screen
@@ -40,7 +36,9 @@ def thinned(count: int) -> Ints:
     return np.unique(np.linspace(0, count - 1, MOST_POINTS).astype(int))
 
 
-def _new(rows: int, narrow: bool, height: float, **options: Any) -> tuple[Figure, list[Axes]]:
+def _new(
+    rows: int, narrow: bool, height: float, **options: Any
+) -> tuple[canvas.Figure, list[canvas.Axes]]:
     from matplotlib import rc_context
 
     with rc_context({"font.size": 8.5, "axes.titlesize": 9}):
@@ -48,7 +46,7 @@ def _new(rows: int, narrow: bool, height: float, **options: Any) -> tuple[Figure
         return canvas.new_figure(rows, 1, width=width, height=height, **options)
 
 
-def above_figure(drive: Drive, narrow: bool) -> Figure:
+def above_figure(drive: Drive, narrow: bool) -> canvas.Figure:
     """The way from above: path, dead reckoning, slip, revisits, and how sure the position is."""
     figure, (axis,) = _new(1, narrow, 4.2 if narrow else 4.8)
     path = drive.path
@@ -69,7 +67,7 @@ def above_figure(drive: Drive, narrow: bool) -> Figure:
     return figure
 
 
-def _draw_slip(axis: Axes, drive: Drive) -> None:
+def _draw_slip(axis: canvas.Axes, drive: Drive) -> None:
     odometry = drive.log["odometry"]
     slips = (odometry["flags"] & flag("SLIPPING")) != 0
     label: str | None = "wheel slips"
@@ -81,7 +79,7 @@ def _draw_slip(axis: Axes, drive: Drive) -> None:
             label = None
 
 
-def _draw_links(axis: Axes, drive: Drive) -> None:
+def _draw_links(axis: canvas.Axes, drive: Drive) -> None:
     path = drive.path
     found = revisits_of(drive).within(path)
     if not len(found.end):
@@ -93,7 +91,7 @@ def _draw_links(axis: Axes, drive: Drive) -> None:
     axis.plot(*line.T, color=PINK, lw=0.8, marker=".", ms=2.5, label="ground known again")
 
 
-def _draw_ellipses(axis: Axes, path: Trajectory) -> None:
+def _draw_ellipses(axis: canvas.Axes, path: Trajectory) -> None:
     assert path.covariance is not None
     travelled = np.concatenate(
         [[0.0], np.cumsum(np.linalg.norm(np.diff(path.position[:, :2], axis=0), axis=1))]
@@ -115,7 +113,7 @@ def revisits_of(drive: Drive) -> Revisits:
     return Revisits(none, none, np.zeros(0), np.zeros(0, bool))
 
 
-def time_figure(drive: Drive, narrow: bool) -> Figure:
+def time_figure(drive: Drive, narrow: bool) -> canvas.Figure:
     """Speed, doubt, and what happened, along time."""
     heights = {"height_ratios": [3, 2.2, 2.2, 2.6]}
     figure, axes = _new(4, narrow, 6.6, sharex=True, gridspec_kw=heights)
@@ -147,7 +145,7 @@ def time_figure(drive: Drive, narrow: bool) -> Figure:
     return figure
 
 
-def _draw_strips(axis: Axes, drive: Drive) -> None:
+def _draw_strips(axis: canvas.Axes, drive: Drive) -> None:
     """A line for the health, for the revisits, and for each flag that was set."""
     names = ["health"]
     for name, spans in health_spans(drive).items():
@@ -170,7 +168,7 @@ def _draw_strips(axis: Axes, drive: Drive) -> None:
     axis.grid(False, axis="y")
 
 
-def revisits_figure(drive: Drive, narrow: bool) -> Figure | None:
+def revisits_figure(drive: Drive, narrow: bool) -> canvas.Figure | None:
     """Which ground was known again, and what that did to the path; None without revisits."""
     found = revisits_of(drive)
     if not len(found.end) and not drive.steps:
@@ -199,7 +197,7 @@ def revisits_figure(drive: Drive, narrow: bool) -> Figure | None:
     return figure
 
 
-def ground_figure(drive: Drive, narrow: bool) -> Figure | None:
+def ground_figure(drive: Drive, narrow: bool) -> canvas.Figure | None:
     """The radargram along the way; None without traces."""
     if "gpr_trace" not in drive.sensors:
         return None

@@ -5,10 +5,8 @@ from __future__ import annotations
 import html
 import io
 import re
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from gprodom import canvas
 
 # matplotlib's black is the page's ink, and the grid's grey the page's faint lines, light or dark.
 INK, GRID = "#000000", "#e6e6e6"
@@ -16,7 +14,7 @@ POINTS_A_PIXEL = 0.75  # CSS has 96 pixels to the inch, SVG of matplotlib 72 poi
 _USED = re.compile(r'(?:xlink:href="#|href="#|url\(#)([^")]+)')
 
 
-def inline(figure: Figure, name: str, label: str) -> str:
+def inline(figure: canvas.Figure, name: str, label: str) -> str:
     """The figure as an element of HTML.
 
     name: begins its identifiers, and is like no other figure's of the page. label: what it shows,

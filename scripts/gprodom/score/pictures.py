@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 from gprodom import canvas
 from gprodom.arrays import Floats
 from gprodom.score.figures import Comparison
 from gprodom.trajectory import Trajectory
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
-
-def draw_paths(axis: Axes, truth: Floats | None, paths: Mapping[str, Trajectory]) -> None:
+def draw_paths(axis: canvas.Axes, truth: Floats | None, paths: Mapping[str, Trajectory]) -> None:
     """Truth (n, 3), if any, in grey and the (already aligned) paths over it, seen from above."""
     if truth is not None:
         axis.plot(truth[:, 0], truth[:, 1], color=canvas.TRUTH_COLOUR, linewidth=4.0, label="truth")
@@ -25,7 +20,7 @@ def draw_paths(axis: Axes, truth: Floats | None, paths: Mapping[str, Trajectory]
     canvas.seen_from_above(axis)
 
 
-def trajectory_figure(comparison: Comparison, title: str) -> Figure:
+def trajectory_figure(comparison: Comparison, title: str) -> canvas.Figure:
     """Aligned estimate over truth."""
     figure, (axis,) = canvas.new_figure(width=7.0, height=5.5)
     aligned = comparison.transform.apply(comparison.pairs.estimate)
@@ -35,7 +30,7 @@ def trajectory_figure(comparison: Comparison, title: str) -> Figure:
     return figure
 
 
-def error_figure(comparison: Comparison, title: str) -> Figure:
+def error_figure(comparison: Comparison, title: str) -> canvas.Figure:
     """Error over time."""
     figure, (axis,) = canvas.new_figure(width=7.0, height=3.2)
     seconds = comparison.pairs.truth.seconds()
