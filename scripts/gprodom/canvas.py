@@ -1,7 +1,5 @@
 """One look for all pictures, and pages that fetch nothing."""
 
-from __future__ import annotations
-
 import base64
 import html
 import io

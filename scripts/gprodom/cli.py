@@ -16,8 +16,6 @@ they import what is slow (matplotlib, scipy) inside `run`.
 Exit codes: 0 done, 1 failed (one line on stderr), 2 bad usage.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import signal

@@ -1,7 +1,5 @@
 """Tasks on this machine, or on the workers of a Dask cluster (the extra `cluster`)."""
 
-from __future__ import annotations
-
 import hashlib
 import ipaddress
 import sys

@@ -3,8 +3,6 @@
 The C++ programs check the whole configuration; here only the keys that are needed are read.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path

@@ -1,8 +1,6 @@
 """Where many independent tasks run: processes of this machine, or a Dask cluster; a program as a
 task."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -6,8 +6,6 @@ beside a survey file) is added with `also_read`. `check_output` refuses to write
 any name or link, and everything here that writes asks it.
 """
 
-from __future__ import annotations
-
 import io
 import os
 import shutil

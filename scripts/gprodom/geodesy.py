@@ -1,7 +1,5 @@
 """Latitude and longitude to local metres and back, by pyproj."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any

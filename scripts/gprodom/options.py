@@ -1,7 +1,5 @@
 """Common parts of the commands' parsers."""
 
-from __future__ import annotations
-
 import argparse
 import re
 import sys

@@ -1,7 +1,5 @@
 """Identifies the code that made a result."""
 
-from __future__ import annotations
-
 import hashlib
 from functools import cache
 from pathlib import Path

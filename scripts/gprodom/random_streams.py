@@ -4,8 +4,6 @@ numpy keeps `RandomState` unchanged between versions, which it does not promise 
 Streams are named, so that a change to one part leaves the draws of the others as they are.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from gprodom.arrays import Floats

@@ -4,8 +4,6 @@ Such a folder has a module `room`: METHODS, rows for `gprodom.odometry.methods`;
 for `gprodom.cli`; add_method_options(parser), of the commands that run a method.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path

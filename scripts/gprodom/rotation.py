@@ -1,7 +1,5 @@
 """Unit quaternions (w, x, y, z) and rotation matrices on arrays."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from gprodom.arrays import Floats

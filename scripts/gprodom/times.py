@@ -1,7 +1,5 @@
 """Times as text, to the microsecond."""
 
-from __future__ import annotations
-
 import re
 from decimal import ROUND_HALF_UP, Decimal
 

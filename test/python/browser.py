@@ -1,7 +1,5 @@
 """A page as headless Chromium shows it: what is cut, what cannot be read, what it complains of."""
 
-from __future__ import annotations
-
 import html
 import json
 import re

@@ -1,8 +1,6 @@
 """Shared by the tests: the folders of test data, the command line, and a private network for
 live LCM."""
 
-from __future__ import annotations
-
 import csv
 import importlib.util
 import io

@@ -1,7 +1,5 @@
 """As daemon_scenario.py: what a running gprodomd does with its maps."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """GSSI files (DZT) of several channels, made for tests."""
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """Survey files of IDS, made for tests."""
 
-from __future__ import annotations
-
 import struct
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Drives over known ground, as the estimator hears them: on another day, by another wheel."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

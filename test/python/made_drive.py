@@ -1,7 +1,5 @@
 """A made-up log of a drive whose troubles are known, for tests of what shows a drive."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

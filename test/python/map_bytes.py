@@ -1,7 +1,5 @@
 """Map files byte by byte, to make ones that are not sound: docs/map_format.md."""
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """Messages and logs, made for tests field by field."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 

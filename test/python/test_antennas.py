@@ -1,7 +1,5 @@
 """Traces of several antennas in what reads a log: each antenna by itself, at its own place."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The bench commands run, and the smoothers side by side agree: no times are judged."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any

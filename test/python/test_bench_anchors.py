@@ -1,7 +1,5 @@
 """bench/anchors: its errors on paths made here, its figures, and the part that simulates."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The benches of two antennas in a row, in short form, and the limit that they measure against."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """bench/run: one JSON form, what was measured is kept, a failure is told and the others go on."""
 
-from __future__ import annotations
-
 import json
 import re
 import subprocess

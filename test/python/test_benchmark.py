@@ -1,7 +1,5 @@
 """The benchmark on two small sequences, and the fit of K."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -1,7 +1,5 @@
 """Calibration: the constants of simulated recordings are found within their uncertainties."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """``gprodom calibrate antennas`` on a simulated drive with two antennas in a row."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

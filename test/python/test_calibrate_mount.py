@@ -1,7 +1,5 @@
 """``gprodom calibrate mount`` on drives made here."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Yaw with the gyro bias of the standstills so far."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

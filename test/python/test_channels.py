@@ -1,7 +1,5 @@
 """Channels by the names that the configuration gives them, in every command that reads logs."""
 
-from __future__ import annotations
-
 from dataclasses import asdict
 from pathlib import Path
 

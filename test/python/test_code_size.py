@@ -1,7 +1,5 @@
 """bench/code_size.py: what counts as code, a constant, a long function."""
 
-from __future__ import annotations
-
 import code_size
 
 CPP = """// A comment.

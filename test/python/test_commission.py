@@ -3,8 +3,6 @@
 bench/commission.py does it to 50 robots and to recordings of real ones.
 """
 
-from __future__ import annotations
-
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """gprodom commission --live: what to do next, by a robot of which nothing is known yet."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

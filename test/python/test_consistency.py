@@ -4,8 +4,6 @@ The wheels of these drives never slip for long, and the configuration says so: o
 variance for slip would be far larger than their error.
 """
 
-from __future__ import annotations
-
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 

@@ -1,7 +1,5 @@
 """Flags and kinds have the numbers of the message types, and one name each in all commands."""
 
-from __future__ import annotations
-
 from gprodom.lcm.constants import constants, flag, flag_bits, health, kind
 from gprodom.lcm.messages import fingerprint, message
 

@@ -1,7 +1,5 @@
 """gprodom convert cmu: variants of the dataset's files, and files that must be refused."""
 
-from __future__ import annotations
-
 import random
 import re
 import zipfile

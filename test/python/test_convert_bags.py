@@ -1,7 +1,5 @@
 """ROS bags of three kinds, made here: their conversion, and damaged ones."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager

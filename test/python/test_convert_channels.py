@@ -1,7 +1,5 @@
 """Files of several channels, and tables of several antennas."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Fixes from bags and tables: their frame, quality and covariance, and what is told of them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any

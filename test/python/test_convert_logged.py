@@ -1,7 +1,5 @@
 """Tables as loggers write them: all sensors in one, with empty cells, faults, restarts, gaps."""
 
-from __future__ import annotations
-
 import os
 import sys
 import threading

@@ -1,7 +1,5 @@
 """Conversion of bags, tables and survey files: real ones, and small ones made here."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from types import SimpleNamespace
 

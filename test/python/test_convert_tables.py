@@ -1,7 +1,5 @@
 """A robot's own tables, in any order and unit; refused if they are clearly something else."""
 
-from __future__ import annotations
-
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """gprodomd from outside: its command line, and live in a network namespace."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

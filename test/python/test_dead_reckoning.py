@@ -1,7 +1,5 @@
 """Dead reckoning: closed forms, and the reference figures of the recorded sequences."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

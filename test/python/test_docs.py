@@ -1,7 +1,5 @@
 """The documentation: it builds without a broken link, and its tutorial runs."""
 
-from __future__ import annotations
-
 import os
 import re
 import sys

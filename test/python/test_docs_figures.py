@@ -1,7 +1,5 @@
 """docs/results.md and the table of README.md say what the figures in bench/figures say."""
 
-from __future__ import annotations
-
 from figures import Figure, Measured, Report, read_reports
 from layout import Figures
 from page import BEGIN, END, page, with_table

@@ -1,7 +1,5 @@
 """What code comments and README.md name of the documents is there (MkDocs checks the rest)."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 

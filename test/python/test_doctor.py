@@ -3,8 +3,6 @@
 bench/doctor.py does it to 200 recordings.
 """
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 

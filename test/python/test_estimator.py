@@ -3,8 +3,6 @@
 The figures of all sequences stand in docs/results.md; here a few sequences guard them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Tasks on processes and on a Dask cluster: a worker that dies loses no result."""
 
-from __future__ import annotations
-
 import json
 import signal
 import subprocess

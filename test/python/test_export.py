@@ -1,7 +1,5 @@
 """Exported estimates, read back by the libraries of other programs."""
 
-from __future__ import annotations
-
 import json
 import sqlite3
 from contextlib import closing

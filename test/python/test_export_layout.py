@@ -1,7 +1,5 @@
 """gprodom export --layout: its panels ask for what --mcap writes, and that is the drive."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

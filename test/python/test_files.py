@@ -1,7 +1,5 @@
 """Outputs: never over an input, by any name or link, and whole or not at all."""
 
-from __future__ import annotations
-
 import argparse
 import os
 import stat

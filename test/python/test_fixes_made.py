@@ -1,7 +1,5 @@
 """Fixes made from truth: their noise, their faults, and logs that they are added to."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Settings of version 0.1 that are constants now: their fixed values are those of the code."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A radar front end written in Python, in the estimator in place of gpr.front_end."""
 
-from __future__ import annotations
-
 import gc
 import runpy
 import weakref

@@ -1,7 +1,5 @@
 """Details retention and standstills: against numpy, SciPy and PyWavelets, and on real ground."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """FDTD ground: scenes, physics, the lines that come with the package."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path

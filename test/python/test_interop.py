@@ -1,7 +1,5 @@
 """LCM programs of others: the pose type they share, and the programs in examples/."""
 
-from __future__ import annotations
-
 import math
 import struct
 import sys

@@ -1,7 +1,5 @@
 """Our binding over liblcm and the PyPI module are interchangeable."""
 
-from __future__ import annotations
-
 import random
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """One log through the live daemon and through replay: the same poses; and replay from outside."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

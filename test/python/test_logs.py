@@ -1,7 +1,5 @@
 """Logs as arrays: the same as the generated classes say, message by message."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The pose in map on simulated drives over ground seen again; statistics: bench/map_coverage.py."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 from typing import Any

@@ -1,8 +1,6 @@
 """A map outlasts a killed process, a full disk, a radar set otherwise and a power cut: some random
 moments of bench/map_faults.py, and what its power cuts leave of simple files."""
 
-from __future__ import annotations
-
 import random
 import sys
 from pathlib import Path

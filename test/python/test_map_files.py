@@ -1,7 +1,5 @@
 """``gprodom map`` on the map of a short simulated drive, and on files that are not sound."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

@@ -1,7 +1,5 @@
 """A located track that drives too far without a revisit: STATUS says that it is lost."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """``gprodom map merge`` on the maps of two simulated days."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Surveyed markers: their file, the fixes made of them, and residuals of an estimate."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Standstill and coherence on one sequence of each scene; bench/motion.py runs more."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -3,8 +3,6 @@
 Seeded, so that a failure comes again; GPRODOM_MUTATIONS=100000 runs for longer.
 """
 
-from __future__ import annotations
-
 import os
 import struct
 import zipfile

@@ -1,7 +1,5 @@
 """Options of all commands."""
 
-from __future__ import annotations
-
 import pytest
 
 from conftest import Cli

@@ -1,7 +1,5 @@
 """The result of `cmake --install`: a library that others find, and man pages with every option."""
 
-from __future__ import annotations
-
 import os
 import re
 import sys

@@ -1,7 +1,5 @@
 """Peaks of traces: the fit against scipy on the same samples, and what Python passes and gets."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

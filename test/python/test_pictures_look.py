@@ -1,8 +1,6 @@
 """What all pictures have in common: units, one scale for x and y, legends that cover nothing and
 colours that are told apart."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

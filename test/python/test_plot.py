@@ -1,7 +1,5 @@
 """Pictures: the data that they show, and that they are drawn."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What `import gprodom` shows to somebody who explores it: names, texts of objects, its page."""
 
-from __future__ import annotations
-
 import sys
 
 import pytest

@@ -1,7 +1,5 @@
 """docs/reference.md: made from the code, and as the code has it."""
 
-from __future__ import annotations
-
 import make_reference
 
 CODE = r"""

@@ -1,7 +1,5 @@
 """gprodom report: what it says of a drive whose troubles are known, and its page in a browser."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

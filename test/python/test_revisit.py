@@ -1,7 +1,5 @@
 """Revisits on real ground: parallel survey lines 20 cm apart, patches in both directions."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

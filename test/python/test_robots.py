@@ -1,7 +1,5 @@
 """Recordings of real robots: starts, and covariances that lose nothing without a measurement."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

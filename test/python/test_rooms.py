@@ -1,7 +1,5 @@
 """scripts/check_rooms.py finds violations, and none in the present package."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

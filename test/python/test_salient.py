@@ -1,7 +1,5 @@
 """Apexes of pipes on full-wave lines, and places along a track by a map of pipes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Scores: against evo, against closed forms, against the reference figures of dead reckoning."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

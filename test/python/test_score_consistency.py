@@ -1,7 +1,5 @@
 """The NEES of a score: 2 for errors drawn from the covariance, more if it is too small."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

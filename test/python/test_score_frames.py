@@ -1,7 +1,5 @@
 """Scores of logs whose published path is in two frames: located in an earlier map, or reset."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Scores and pictures of logs: frames, covariances, jumps of `map`, flags, observability."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

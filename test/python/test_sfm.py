@@ -1,7 +1,5 @@
 """The feature matrix and its matching against a plain numpy statement of the paper's equations."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

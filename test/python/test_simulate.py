@@ -1,7 +1,5 @@
 """The simulator: exact motion, sensors with the errors they claim, the same bytes from a seed."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import re

@@ -1,7 +1,5 @@
 """Several simulated antennas on one robot, and ground that differs beside the track."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The simulator's ground: scatterers and layers, changed permittivity, survey lines."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

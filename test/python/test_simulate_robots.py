@@ -1,7 +1,5 @@
 """Simulated robots with left and right wheels, on several surfaces."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

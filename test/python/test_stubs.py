@@ -1,7 +1,5 @@
 """The types kept of the compiled module are those of the module as it is built."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What STATUS tells of a sensor that is not as it should be, on drives of a few lines."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,8 +1,6 @@
 """gpr.trigger: traces that the wheel makes, one each so many centimetres and none at a stop, on
 each ground that the simulator has, with slip."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

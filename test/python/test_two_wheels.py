@@ -1,7 +1,5 @@
 """Left and right wheels through the whole estimator, on simulated robots."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """gprodom view: what a recording holds, live as from a log, and that nothing leaves the machine."""
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

@@ -1,7 +1,5 @@
 """gprodom view and export --layout: what the panels tell where a viewer writes no figures."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

@@ -1,7 +1,5 @@
 """``gprodom benchmark``."""
 
-from __future__ import annotations
-
 import argparse
 import os
 import re

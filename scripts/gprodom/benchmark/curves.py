@@ -1,7 +1,5 @@
 """Curves of one method on one sequence for the report, kept with the scores."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

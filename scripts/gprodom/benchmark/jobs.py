@@ -1,7 +1,5 @@
 """A job: one method on one sequence. Its results are kept, so that a later run can continue."""
 
-from __future__ import annotations
-
 import fcntl
 import hashlib
 import json

@@ -1,7 +1,5 @@
 """The estimator in-process on simulated drives: its errors, and whether its covariance is right."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ A sequence needs `.json` (slip episodes: start s, duration s, wheel factor) and 
 along the track, v) beside it, as `gprodom simulate` writes them; the estimator sees neither.
 """
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """report.html of a benchmark: the paper's experiments on these sequences, then every figure."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence as Items
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Compares methods on the same sequences: paired differences with bootstrap intervals."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations

@@ -1,7 +1,5 @@
 """Pictures of a benchmark's report, from the curves that the jobs kept."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from collections.abc import Sequence as Items
 from math import ceil, sqrt

@@ -1,7 +1,5 @@
 """Figures that others published on CMU-GPR, and whether a sequence is of that dataset."""
 
-from __future__ import annotations
-
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path

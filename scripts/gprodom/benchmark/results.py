@@ -1,7 +1,5 @@
 """results.csv, results.json and the table of a benchmark."""
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Sequence
 from dataclasses import asdict

@@ -1,7 +1,5 @@
 """The jobs of a benchmark, over the workers of an executor."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from functools import partial
 from pathlib import Path

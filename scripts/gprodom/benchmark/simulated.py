@@ -1,7 +1,5 @@
 """Simulated sequences for a benchmark: each depends on its number only. Kept as LCM logs."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """``gprodom calibrate antennas``: the distance of two antennas in a row, by a known distance."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass

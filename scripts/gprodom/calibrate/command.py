@@ -1,7 +1,5 @@
 """``gprodom calibrate`` and its subjects."""
 
-from __future__ import annotations
-
 from gprodom.calibrate import antennas, imu, k, mount, timing, wheel
 from gprodom.options import Subparsers, add_command
 

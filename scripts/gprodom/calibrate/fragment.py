@@ -1,7 +1,5 @@
 """The results of a calibration as a piece of configuration."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """``gprodom calibrate imu``: noise of the IMU by its Allan deviation at a standstill."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass

@@ -1,7 +1,5 @@
 """``gprodom calibrate k``: displacement per unit of shift of a radar front end."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass

@@ -1,7 +1,5 @@
 """``gprodom calibrate mount``: the rotation of the IMU's axes against the robot's."""
 
-from __future__ import annotations
-
 import argparse
 import math
 from dataclasses import asdict, dataclass

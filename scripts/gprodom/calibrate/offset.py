@@ -1,7 +1,5 @@
 """Common parts of the searches for a time offset between two sensors."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

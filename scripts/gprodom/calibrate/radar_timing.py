@@ -1,7 +1,5 @@
 """Time offset of the radar against the wheel, from the speed that the decay of similarity shows."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from gprodom.arrays import Floats

@@ -1,7 +1,5 @@
 """``gprodom calibrate time``: time offsets of IMU and radar against the wheel."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from dataclasses import asdict

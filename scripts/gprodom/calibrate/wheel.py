@@ -1,7 +1,5 @@
 """``gprodom calibrate wheel``: scale and lever arm of the wheel, against a truth of positions."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass

@@ -1,7 +1,5 @@
 """The drive by the configuration of before and by the one that was found."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """All constants of a robot, each found with those before it put right."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any

@@ -5,8 +5,6 @@ pieces between them count, not metres; and turns are about the axis of gravity, 
 however the IMU is mounted.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from gprodom.arrays import Floats

@@ -11,8 +11,6 @@ some per cent, this is linear in (x, y, e, k) and in the two biases, which have 
 All of it goes through one filter: what that does to accelerations it does to speeds and turns, too.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

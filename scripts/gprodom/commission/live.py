@@ -1,7 +1,5 @@
 """Records a running robot, and guides its drive meanwhile."""
 
-from __future__ import annotations
-
 import select
 import sys
 import time

@@ -1,7 +1,5 @@
 """The page about a commissioning: what was found, what was not shown, and what it changes."""
 
-from __future__ import annotations
-
 import html
 
 import numpy as np

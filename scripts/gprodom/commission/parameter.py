@@ -1,7 +1,5 @@
 """What one recording says of one constant of the robot, or why it says nothing."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

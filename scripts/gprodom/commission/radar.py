@@ -1,7 +1,5 @@
 """The radar: band, gain, trace rate against speed, and the antenna's lever arm."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The sensors' data with what is already known put right: clocks, the wheel's scale."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The wheel: its scale by accelerations, by a measured stretch or by a truth; the track of two."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Any table of a robot's: finds its delimiter, header and columns, and reads one sensor's rows."""
 
-from __future__ import annotations
-
 import re
 import shutil
 from collections.abc import Sequence

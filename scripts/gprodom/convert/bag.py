@@ -1,7 +1,5 @@
 """ROS 1 (and 2) bags as channels: IMU, wheel odometry, positions, radar traces. Needs no ROS."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path

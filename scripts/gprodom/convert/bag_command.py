@@ -1,7 +1,5 @@
 """``gprodom convert bag``: ROS bags to LCM logs."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

@@ -4,8 +4,6 @@ The library raises whatever damage happens to hit: struct.error, errors of sqlit
 assertions, pages of message definitions. All of that becomes one line here.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass

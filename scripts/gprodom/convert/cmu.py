@@ -9,8 +9,6 @@ equal time are kept in file order, and both are counted: an estimator wants its 
 time, and dropping them would hide what the recording holds.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path

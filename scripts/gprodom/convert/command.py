@@ -1,7 +1,5 @@
 """``gprodom convert``: recordings of other makes to LCM logs."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The layout of a robot's own tables (what each column is), from a YAML file and from options."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path

@@ -6,8 +6,6 @@ value gives a warning. The bounds are far from what robots do, so that no robot 
 only detect wrong units, which differ by a factor of ten or more.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any

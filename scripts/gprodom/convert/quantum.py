@@ -1,7 +1,5 @@
 """The encoder's step, found from the distances it reported."""
 
-from __future__ import annotations
-
 import numpy as np
 import numpy.typing as npt
 

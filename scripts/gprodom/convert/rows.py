@@ -5,8 +5,6 @@ shortened) is left out and counted. A row whose cells of this sensor are all emp
 own: in a table of all sensors the slower ones leave their cells empty.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field

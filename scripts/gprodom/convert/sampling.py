@@ -4,8 +4,6 @@ A simulated sequence has it in a small file (`RADAR_FACTS`). Older ones have it 
 beside them, which also has the truth; nothing else is read from that file.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import math

@@ -4,8 +4,6 @@ Nothing is extracted from a zip to disk. A file in it whose stated size is above
 read, and never more than the stated size is read.
 """
 
-from __future__ import annotations
-
 import re
 import zipfile
 import zlib

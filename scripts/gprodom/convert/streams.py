@@ -1,7 +1,5 @@
 """The sensors' LCM messages, in the form of our logs, and those of a recording."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

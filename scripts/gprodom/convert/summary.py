@@ -1,7 +1,5 @@
 """Summary of a converted recording: counts, rates, gaps."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

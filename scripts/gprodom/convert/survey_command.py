@@ -1,7 +1,5 @@
 """``gprodom convert survey``: radar makers' files to ground for ``gprodom simulate``."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

@@ -10,8 +10,6 @@ A DZT may hold several channels, whose traces lie in turn, each with a header of
 give each antenna a file of its own (Sensors & Software, MALA, Impulse) need nothing here.
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 import re

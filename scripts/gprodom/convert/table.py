@@ -1,7 +1,5 @@
 """CSV files of a recording: a time in decimal seconds, then numbers; strict, with line numbers."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """``gprodom convert tables``: a robot's own tables to an LCM log."""
 
-from __future__ import annotations
-
 import argparse
 from dataclasses import replace
 from pathlib import Path

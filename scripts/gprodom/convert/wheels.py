@@ -1,7 +1,5 @@
 """Wheels of bags and tables: poses, speeds and joints to distances, of one wheel or two sides."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any
 

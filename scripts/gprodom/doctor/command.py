@@ -1,7 +1,5 @@
 """``gprodom doctor``."""
 
-from __future__ import annotations
-
 import argparse
 from dataclasses import asdict
 from pathlib import Path

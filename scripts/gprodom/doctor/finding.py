@@ -1,7 +1,5 @@
 """A thing that is wrong with a recording, and the evidence that all checks share."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """IMU and wheel against each other: axes, signs, sizes, counters."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """Traces: what they show, and when they come."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 
 import numpy as np

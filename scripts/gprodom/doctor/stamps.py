@@ -1,7 +1,5 @@
 """Rates, gaps, order and clocks."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """How sure a path is: standard deviations, and what holds the position with 95 %."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from gprodom.arrays import Floats

@@ -1,7 +1,5 @@
 """How and where the IMU is mounted, and what it would measure at the robot's origin."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ Integrated for longer, the errors of tilt and bias would be seen and not the sli
 a second they are some centimetres a second.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from gprodom import rotation

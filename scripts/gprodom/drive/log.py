@@ -1,7 +1,5 @@
 """One drive: what the estimator published, and what the sensors said."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Radar traces along the way: a column for each piece of it, however long the robot stood there."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

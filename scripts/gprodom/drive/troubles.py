@@ -1,7 +1,5 @@
 """What went wrong in a drive, and when, from what the estimator itself said."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass

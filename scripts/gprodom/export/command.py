@@ -1,7 +1,5 @@
 """``gprodom export``: an estimate in the formats of other programs."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Mapping
 from dataclasses import replace

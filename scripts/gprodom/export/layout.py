@@ -4,8 +4,6 @@ Foxglove's own format: settings of each panel by its name (KIND!NAME), and a tre
 screen.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

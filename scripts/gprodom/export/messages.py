@@ -1,7 +1,5 @@
 """What a log of the estimator holds, as ROS messages."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

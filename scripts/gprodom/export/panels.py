@@ -5,8 +5,6 @@ What is true of the whole drive (ways, revisits) is stamped with its begin, so t
 it from there on.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

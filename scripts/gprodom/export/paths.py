@@ -1,7 +1,5 @@
 """A trajectory as GeoJSON, GPX and CSV, and a row for each radar trace."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable, Mapping
 from datetime import UTC, datetime, timedelta

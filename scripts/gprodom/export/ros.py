@@ -7,8 +7,6 @@ traces of the radar as a picture, of a further antenna gprodom/bscan_ID; and tho
 `gprodom.export.panels`.
 """
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path

@@ -6,8 +6,6 @@ picoseconds, here rounded, and exactly in the text header; coordinates are centi
 The number of a trace within its record is the antenna_id.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

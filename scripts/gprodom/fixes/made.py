@@ -1,7 +1,5 @@
 """Fixes made from the truth of a drive, with noise and faults of GNSS; the same for a seed."""
 
-from __future__ import annotations
-
 import heapq
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

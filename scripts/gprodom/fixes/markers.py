@@ -6,8 +6,6 @@ over it, in seconds since 1970 or as 2026-05-12T10:30:00. A marker that was visi
 lines. `antenna` (default 0) says which antenna.
 """
 
-from __future__ import annotations
-
 import csv
 import math
 from dataclasses import dataclass

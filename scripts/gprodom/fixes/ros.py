@@ -1,7 +1,5 @@
 """NavSatFix and PoseWithCovarianceStamped as fixes."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

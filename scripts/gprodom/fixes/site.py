@@ -1,7 +1,5 @@
 """Where `site` lies: the datum that a log, its estimator's status or a configuration tells."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Fixes from a table's columns."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from gprodom.arrays import Floats, Ints

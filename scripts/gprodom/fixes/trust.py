@@ -3,8 +3,6 @@
 The ROS nodes (ros/shared/fixes.h) read messages by the same rules.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from gprodom.arrays import Bools, Floats, Ints

@@ -1,7 +1,5 @@
 """``gprodom ground``: survey lines of a scene by FDTD."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

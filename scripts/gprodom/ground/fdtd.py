@@ -4,8 +4,6 @@ A node of gprMax's grid belongs to the cell that follows it. So the ground is sh
 cell along the line, and its surface is half a cell below the plane of `Antenna.height`.
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import json

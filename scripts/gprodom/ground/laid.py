@@ -1,7 +1,5 @@
 """Traces laid along the ground by the poses of a track, as both come."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The cells of a scene: which material is where in each vertical plane, on the grid of the FDTD."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

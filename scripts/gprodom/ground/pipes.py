@@ -1,6 +1,6 @@
 """A map of pipes under a line: where they cross it, and how deep they lie."""
 
-from __future__ import annotations
+from __future__ import annotations  # `read_section` reads them as text
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -5,7 +5,7 @@ seam. Depths count from the surface downwards. A scene is cut by vertical planes
 survey line, `aside` apart: layers, grain, pipes and stones of neighbouring planes belong together.
 """
 
-from __future__ import annotations
+from __future__ import annotations  # `read_section` reads them as text
 
 from dataclasses import MISSING, dataclass, fields
 from pathlib import Path

@@ -5,8 +5,6 @@ binding over Debian's liblcm, `gprodom.lcm.binding`, which has the same API. GPR
 GPRODOM_LCM=ctypes forces one.
 """
 
-from __future__ import annotations
-
 import os
 from typing import TYPE_CHECKING
 

@@ -1,8 +1,6 @@
 """Displacements that are told to the estimator from outside: by a network, or a map of pipes. They
 are put into a log that then drives the estimator."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol

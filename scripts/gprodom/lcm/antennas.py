@@ -1,7 +1,5 @@
 """The radar's traces apart by antenna: `GPR_TRACE` has those of all."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A connection to LCM, or what to do about it."""
 
-from __future__ import annotations
-
 from gprodom.errors import Error
 from gprodom.lcm import LCM
 

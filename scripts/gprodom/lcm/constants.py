@@ -4,8 +4,6 @@ The generated classes are loaded only when a number is needed, not on import: he
 build.
 """
 
-from __future__ import annotations
-
 from functools import cache
 
 from gprodom.lcm.messages import message

@@ -5,8 +5,6 @@ LCM's own reader, and so a replay, takes from it: all before the damage. Only na
 are no text are an error there, and none here.
 """
 
-from __future__ import annotations
-
 import mmap
 import struct
 from collections.abc import Collection, Iterator, Mapping

@@ -1,7 +1,5 @@
 """Writes a whole LCM log from streams of messages: in time order, and entirely or not at all."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path

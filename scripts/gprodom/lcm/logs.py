@@ -1,7 +1,5 @@
 """Reads LCM logs as numpy arrays."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Collection, Mapping
 from itertools import compress

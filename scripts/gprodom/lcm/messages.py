@@ -9,8 +9,6 @@ holds the same files in ``gprodom/lcmtypes``. They are therefore ``gprodom.lcmty
     imu_t.decode(event.data)
 """
 
-from __future__ import annotations
-
 from functools import cache
 from importlib import import_module
 from types import ModuleType

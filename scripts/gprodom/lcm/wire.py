@@ -6,8 +6,6 @@ compares them with the generated classes. LCM is big-endian and packed: fingerpr
 in order.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

@@ -4,8 +4,6 @@ a recording.
 Both kinds hear `trace` and `pose` in time order and return displacements with what they hear.
 """
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """``gprodom learn``: trains the networks on simulated ground, and on sequences with truth."""
 
-from __future__ import annotations
-
 import argparse
 import hashlib
 import json

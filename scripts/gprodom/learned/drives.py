@@ -1,7 +1,5 @@
 """Examples to train on from recorded sequences: the way between traces is that of the truth."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

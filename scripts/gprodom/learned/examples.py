@@ -1,7 +1,5 @@
 """Examples to train on: windows and images of passes over simulated grounds, with the truth."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

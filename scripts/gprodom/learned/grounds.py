@@ -5,8 +5,6 @@ length of it can be known beforehand. Beside them stand the kept FDTD lines, for
 each some times, stretched.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """A trained network, run by onnxruntime, and its record."""
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import dataclass

@@ -1,8 +1,6 @@
 """The two networks, in PyTorch. Inputs are as `windows` makes them; all normalisation is inside, of
 each input by itself, so that no statistic of a data set is kept."""
 
-from __future__ import annotations
-
 import math
 
 import torch

@@ -1,7 +1,5 @@
 """What this folder adds to the package (`gprodom.rooms`)."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from gprodom.odometry.method import Method

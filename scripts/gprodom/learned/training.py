@@ -6,8 +6,6 @@ Writes `progress SHARE TEXT` lines; DIR/NETWORK.onnx, DIR/NETWORK.pt (a checkpoi
 from which an interrupted training goes on) and DIR/training.json with the figures of validation.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import time

@@ -5,8 +5,6 @@ a receiver adds to each trace anew. There is no other processing and no statisti
 the networks normalise each input by itself.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from gprodom.arrays import Floats

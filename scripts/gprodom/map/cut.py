@@ -1,7 +1,5 @@
 """A part of a map, chosen by run, by distance, by area or by map."""
 
-from __future__ import annotations
-
 import argparse
 
 import numpy as np

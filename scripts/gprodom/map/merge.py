@@ -1,8 +1,6 @@
 """Two maps become one where ground that both drove over proves how they lie, or fixes have tied
 both to one site."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """A map seen from above."""
 
-from __future__ import annotations
-
 from math import ceil
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Maps into and out of the service's folder, which its user alone may enter."""
 
-from __future__ import annotations
-
 import os
 import pwd
 import re

@@ -1,7 +1,5 @@
 """How far an estimate is from surveyed markers, visit by visit."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """``gprodom map survey``: surveyed markers as fixes, and how far an estimate is from them."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

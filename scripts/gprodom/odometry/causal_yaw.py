@@ -6,8 +6,6 @@ the spot has a mean wheel speed of zero, too). The samples of a bin are correcte
 earlier bins only.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from gprodom.arrays import Bools, Floats, Ints

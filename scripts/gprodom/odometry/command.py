@@ -1,7 +1,5 @@
 """``gprodom run``: one method on one sequence, to a TUM file."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

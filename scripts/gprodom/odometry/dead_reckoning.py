@@ -3,8 +3,6 @@
 Logs are as `gprodom.lcm.logs.read_roles` gives them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

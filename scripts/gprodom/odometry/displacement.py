@@ -1,7 +1,5 @@
 """Sequential radar displacements of a log as arrays, and dead reckoning on them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

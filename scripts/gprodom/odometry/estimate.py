@@ -1,7 +1,5 @@
 """Runs one method on one sequence (zip, folder or log) and returns the trajectory."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace

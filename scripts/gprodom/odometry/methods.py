@@ -1,7 +1,5 @@
 """The methods of a benchmark: their changes to the configuration, or their computation."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

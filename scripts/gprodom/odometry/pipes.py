@@ -5,8 +5,6 @@ Places: `s` is the way along the track by odometry, `x` the place along the mapp
 while the robot drives as the line counts, x = o - s against it.
 """
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Runs gprodom-replay, the estimator driven by a log, with progress."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import subprocess

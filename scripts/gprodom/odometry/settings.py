@@ -1,7 +1,5 @@
 """The whole configuration, as the daemon reads it."""
 
-from __future__ import annotations
-
 import subprocess
 from collections.abc import Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """``gprodom plot``."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Sequence
 from dataclasses import asdict

@@ -1,7 +1,5 @@
 """A replayed or recorded log against time: speed, standing, slipping, uncertainty."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from gprodom import canvas

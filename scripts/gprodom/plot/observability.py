@@ -4,8 +4,6 @@ A window of radar traces and the same window a few traces later share most of th
 best match shifts by the number of new traces, whatever the robot did. Here that is measured.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

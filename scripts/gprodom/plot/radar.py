@@ -1,7 +1,5 @@
 """``gprodom plot radar``: a window of traces on its way to a feature matrix, and its match."""
 
-from __future__ import annotations
-
 import argparse
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The page about a drive: where, how far, how sure, what went wrong and when."""
 
-from __future__ import annotations
-
 import html
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The pictures of a drive's report, each for a wide page and for a narrow screen."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

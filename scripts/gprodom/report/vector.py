@@ -1,7 +1,5 @@
 """Figures as SVG inside a page: sharp on every screen and on paper, and in the page's colours."""
 
-from __future__ import annotations
-
 import html
 import io
 import re

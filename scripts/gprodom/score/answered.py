@@ -1,7 +1,5 @@
 """How often a radar front end, or a network in its place, had a valid answer."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Associates the estimate with the truth by time."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -9,8 +9,6 @@ covariance of all position errors together. The truth's start pose is not known;
 from all points by least squares weighted with C, and its covariance enters the errors left over.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

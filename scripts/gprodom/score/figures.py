@@ -1,7 +1,5 @@
 """The figures of a score, on associated pairs."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

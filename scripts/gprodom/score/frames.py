@@ -6,8 +6,6 @@ all frames begin anew. Poses of two frames have no path, error or covariance in 
 last frame is scored.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """Jumps of `map`: how often and how far the published pose was moved by revisit corrections."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

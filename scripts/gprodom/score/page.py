@@ -1,7 +1,5 @@
 """The HTML page of one score."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from gprodom import canvas

@@ -1,7 +1,5 @@
 """Pictures of one score."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from gprodom import canvas

@@ -1,7 +1,5 @@
 """A score as it is printed, written and read back: one flat record."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass, fields
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Reads trajectories from a log, a TUM file, a total station's CSV or a sequence."""
 
-from __future__ import annotations
-
 import re
 import zipfile
 from dataclasses import dataclass

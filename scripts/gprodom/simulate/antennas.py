@@ -1,7 +1,5 @@
 """Several antennas on one robot: where each is, and what it makes of the ground's echoes."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

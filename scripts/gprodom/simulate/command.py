@@ -1,7 +1,5 @@
 """``gprodom simulate``: a sequence in the format of CMU-GPR, from a seed."""
 
-from __future__ import annotations
-
 import argparse
 from dataclasses import replace
 from pathlib import Path

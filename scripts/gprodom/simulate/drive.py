@@ -4,8 +4,6 @@ Everything is smooth to the second derivative of velocity, so that sampled accel
 integrate back to the motion. The ground is flat: roll, pitch and height are zero.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Simulated drives that tests and benches share, drawn from a seed."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Writes a simulated sequence as the CMU-GPR dataset does, and its truth beside it."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable
 from dataclasses import asdict

@@ -4,8 +4,6 @@ The trace depends on the position of the antenna only: over the same spot it is 
 noise. No wave physics beyond travel time, spreading and attenuation.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -11,8 +11,6 @@ shape, since no method may count on one:
             drawn anew every 2 s from recordings of a Warthog (`gprodom.simulate.surface`)
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Left and right wheels: two sides of one body, each with its slip; values held and late."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Errors that a radar adds to the traces of the ground: drifts, ringing, spikes, noise, counts."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Simulated data as a recording, with nothing lost to decimal text."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from gprodom.arrays import Floats

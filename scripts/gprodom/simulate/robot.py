@@ -1,7 +1,5 @@
 """The robots that `gprodom simulate` drives: sensors like those of recordings, faults included."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Drives to choose from: lines with reversals or stops, laps of a loop or an eight, a wander."""
 
-from __future__ import annotations
-
 import math
 from math import inf
 

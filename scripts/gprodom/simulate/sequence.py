@@ -1,7 +1,5 @@
 """A whole sequence: a drive seen by IMU, wheel, radar and total station."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 

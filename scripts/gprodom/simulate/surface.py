@@ -7,8 +7,6 @@ of what turning on the spot is: 119 on asphalt, 114 on gravel, 92 on ice. On asp
 hardly slip: its scatter comes from lidar and turning, and is subtracted from that of the others.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

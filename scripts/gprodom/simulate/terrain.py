@@ -1,7 +1,5 @@
 """Ground that tilts the robot as it drives over it: roll and pitch over the distance travelled."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -3,8 +3,6 @@
 Defaults equal those of ``wheel`` in the estimator's configuration.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What a running gprodomd publishes on LCM: rates, delays, the newest of each message."""
 
-from __future__ import annotations
-
 import math
 import struct
 import time

@@ -1,7 +1,5 @@
 """The state of a daemon, as a page for a terminal and as one line."""
 
-from __future__ import annotations
-
 import math
 import time
 

@@ -1,7 +1,5 @@
 """``gprodom view``."""
 
-from __future__ import annotations
-
 import argparse
 import os
 import signal

@@ -4,8 +4,6 @@ One picture of it all would be sent anew with every trace; pieces are sent once.
 their common parent moves, so that what is taken now is at 0 and the past goes to the left.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Which views there are, where they stand, and what they show from the start."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

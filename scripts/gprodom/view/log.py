@@ -1,7 +1,5 @@
 """A drive from a log as a Rerun recording."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from gprodom.arrays import Ints

@@ -1,7 +1,5 @@
 """Dead reckoning of a running robot, placed where its estimate was first known."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from gprodom.arrays import Bools, Floats

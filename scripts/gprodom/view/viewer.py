@@ -5,8 +5,6 @@ used. Here it is bound to one address, and gets a folder for its configuration i
 are switched off; the user's own configuration is not touched.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import socket

@@ -1,7 +1,5 @@
 """A tiny training learns, its networks say the same in both runtimes, and methods and bench run."""
 
-from __future__ import annotations
-
 import shutil
 import sys
 from pathlib import Path
