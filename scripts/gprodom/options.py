@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+from gprodom.console import add_json_flag
 from gprodom.files import PICTURES, Output, OutputFile, PictureFile
 from gprodom.rooms import rooms
 
@@ -91,6 +92,29 @@ def add_command(
     return parser
 
 
+def numbers(
+    what: str, fit: Callable[[Sequence[Any]], Any], kind: type[float] = float
+) -> Callable[[str], tuple[Any, ...]]:
+    """The type of an option whose value is numbers between commas, for which `fit` is true.
+
+    what: is expected, for the error.
+    """
+
+    def parse(text: str) -> tuple[Any, ...]:
+        try:
+            values = tuple(kind(part) for part in text.split(","))
+        except ValueError:
+            values = ()
+        if not values or not fit(values):
+            raise argparse.ArgumentTypeError(f"{text!r}: expected {what}")
+        return values
+
+    return parse
+
+
+point = numbers("X,Y in metres", lambda values: len(values) == 2)
+
+
 def add_config_option(parser: argparse.ArgumentParser) -> None:
     """``-c``, the same in every program that takes a configuration: to `args.configs`."""
     parser.add_argument(
@@ -109,6 +133,12 @@ def add_config_options(parser: argparse.ArgumentParser) -> None:
     """``-c`` and ``--set``."""
     add_config_option(parser)
     add_overrides_option(parser)
+
+
+def add_common_options(parser: Parser) -> None:
+    """``-c``, ``--set`` and ``--json``."""
+    add_config_options(parser)
+    add_json_flag(parser)
 
 
 def add_overrides_option(parser: argparse.ArgumentParser) -> None:

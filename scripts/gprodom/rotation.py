@@ -38,6 +38,18 @@ def from_matrix(matrix: Floats) -> Floats:
     return np.asarray(-q if q[0] < 0 else q)
 
 
+def from_rpy(rpy: tuple[float, ...]) -> Floats:
+    """(3, 3) rotation Rz(yaw) Ry(pitch) Rx(roll) of roll, pitch, yaw (rad)."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+
+
 def yaw_matrix(yaw: float) -> Floats:
     """(3, 3) rotation by `yaw` (rad) about z."""
     c, s = np.cos(yaw), np.sin(yaw)

@@ -13,7 +13,7 @@ from gprodom.cli import build_parser
         ("score --prism -.1,-2,-3 a b", "prism", (-0.1, -2.0, -3.0)),
         ("map cut a --area -10,-5,3,3 -o b", "area", (-10.0, -5.0, 3.0, 3.0)),
         ("map cut a --area=-10,-5,3,3 -o b", "area", (-10.0, -5.0, 3.0, 3.0)),
-        ("calibrate wheel a --prism -0.1,0", "prism", "-0.1,0"),
+        ("calibrate wheel a --prism -0.1,0", "prism", (-0.1, 0.0)),
         ("score a b --first-m -1e-3", "first_m", -1e-3),
     ],
 )

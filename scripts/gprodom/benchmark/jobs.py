@@ -80,7 +80,6 @@ class Outcome:
     failure: str = ""
     k: Fit | None = None
     fitted_on: tuple[str, ...] = ()  # the sequences of K
-    reused: bool = False
 
 
 def fingerprint(sequence: Sequence, method: Method, settings: Settings, *more: object) -> str:
@@ -213,7 +212,7 @@ def _run_job(sequence: Sequence, method: Method, settings: Settings, fit: Fit | 
         if before["key"] == key:
             records = tuple(Record(**record) for record in before["records"])
             curves = Curves(**before["curves"]) if before["curves"] else None
-            return Outcome(sequence.name, method.name, records, curves, k=fit, reused=True)
+            return Outcome(sequence.name, method.name, records, curves, k=fit)
     convert(sequence, settings.channels)
     result = _estimate(sequence, method, settings, fit)
     write_tum(tum, result.trajectory)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 import gprodom
+from gprodom import rotation
 from gprodom.arrays import Floats, Ints
 from gprodom.errors import Error
 from gprodom.odometry.causal_yaw import causal_yaw
@@ -61,8 +62,7 @@ def end_of_drive(
     odometry = gprodom.Odometry(set=settings).run(**sensors).odometry
     if not len(odometry["time"]):
         raise Error(f"seed {seed}: no odometry")
-    w, x, y, z = odometry["orientation"][-1]
-    yaw = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    yaw = float(rotation.yaw_of(odometry["orientation"][-1]))
     ends = odometry["time"][[0, -1]] // 1000
     dx, dy = odometry["position"][-1, :2] - simulated.position_from(ends[0], ends)[1]
     turned = np.diff(simulated.motion_at(ends).yaw)[0]

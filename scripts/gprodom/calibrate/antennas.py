@@ -9,13 +9,12 @@ import numpy as np
 
 from gprodom.calibrate.fragment import Found, add_output_option, tell_found
 from gprodom.config import read_antennas, read_channels
-from gprodom.console import add_json_flag
 from gprodom.errors import Error, UsageError
 from gprodom.files import temporary_folder
 from gprodom.lcm import logs
 from gprodom.odometry.estimate import as_log, estimate
 from gprodom.odometry.methods import find_method
-from gprodom.options import Subparsers, add_command, add_config_options
+from gprodom.options import Subparsers, add_command, add_common_options
 from gprodom.score.sources import read_estimate
 
 Place = tuple[float, float, float]
@@ -128,8 +127,7 @@ def add_parser(subjects: Subparsers) -> None:
         "--sigma", "M", TAPE_M, "standard deviation of that distance (m, default: %(default)s)"
     )
     add_output_option(parser)
-    add_config_options(parser)
-    add_json_flag(parser)
+    add_common_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -10,13 +10,12 @@ import numpy as np
 from gprodom import canvas
 from gprodom.arrays import Floats
 from gprodom.calibrate.fragment import Found, add_output_option, tell_found
-from gprodom.console import add_json_flag
 from gprodom.errors import Error, need_module
 from gprodom.files import PictureFile
 from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import SETTLED_S, has_wheel, standstill, wheel_distance
 from gprodom.odometry.estimate import read_sensors
-from gprodom.options import Subparsers, add_command, add_config_options
+from gprodom.options import Subparsers, add_command, add_common_options
 
 MIN_S = 20.0  # of standstill
 WHITE_S = 1.0  # up to this averaging time the deviation is taken to be white noise's
@@ -139,8 +138,7 @@ def add_parser(subjects: Subparsers) -> None:
     parser.add_argument("source", metavar="SEQ|LOG", type=Path)
     add_output_option(parser)
     parser.option("--plot", "PICTURE", PictureFile, "of the Allan deviations")
-    add_config_options(parser)
-    add_json_flag(parser)
+    add_common_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:

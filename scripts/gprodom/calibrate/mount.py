@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gprodom.arrays import Floats, Ints
+from gprodom.arrays import Floats, Ints, integral
 from gprodom.calibrate.fragment import Found, add_output_option, tell_found
 from gprodom.calibrate.offset import BLOCKS, spread
 from gprodom.config import read_lever_arm
@@ -131,8 +131,7 @@ def windows_of(log: dict[str, logs.Channel], window_s: float, late_s: float) -> 
 
 def _means(time: Ints, values: Floats, edges: Ints, window_s: float) -> Floats:
     seconds = (time - time[0]) * 1e-6
-    steps = 0.5 * (values[1:] + values[:-1]) * np.diff(seconds)[:, None]
-    summed = np.vstack([np.zeros(values.shape[1]), np.cumsum(steps, axis=0)])
+    summed = integral(values, seconds)
     at_edges = [np.interp((edges - time[0]) * 1e-6, seconds, column) for column in summed.T]
     return np.asarray(np.diff(np.array(at_edges), axis=1).T / window_s)
 

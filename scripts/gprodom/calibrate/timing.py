@@ -13,13 +13,12 @@ from gprodom.calibrate.fragment import Found, add_output_option, tell_found
 from gprodom.calibrate.offset import BLOCKS, REACH_S, Offset, refine, spread
 from gprodom.calibrate.radar_timing import find_radar_offset
 from gprodom.config import read_antennas
-from gprodom.console import add_json_flag
 from gprodom.errors import Error
 from gprodom.lcm import logs
 from gprodom.lcm.antennas import apart, choose, counts
 from gprodom.odometry.dead_reckoning import wheel_distance
 from gprodom.odometry.estimate import read_sensors
-from gprodom.options import Subparsers, add_command, add_config_options
+from gprodom.options import Subparsers, add_command, add_common_options
 
 GRID_S = 0.01
 SMOOTH_S = 0.35  # window of the polynomial that takes acceleration off the wheel
@@ -112,8 +111,7 @@ def add_parser(subjects: Subparsers) -> None:
     parser.add_argument("source", metavar="SEQ|LOG", type=Path)
     parser.option("--antenna", "ID", int, "whose traces (see above)")
     add_output_option(parser)
-    add_config_options(parser)
-    add_json_flag(parser)
+    add_common_options(parser)
 
 
 def _apart(args: argparse.Namespace, radar: logs.Channel) -> dict[int, logs.Channel]:

@@ -7,17 +7,17 @@ from pathlib import Path
 
 import numpy as np
 
-from gprodom.arrays import Floats
+from gprodom.arrays import Floats, sums
 from gprodom.calibrate.fragment import Found, add_output_option, tell_found
-from gprodom.console import add_json_flag, format_table
+from gprodom.console import format_table
 from gprodom.errors import Error, UsageError
 from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import gyro_yaw_of, standstill, wheel_distance
 from gprodom.odometry.estimate import read_sensors
-from gprodom.options import Subparsers, add_command, add_config_options
+from gprodom.options import Subparsers, add_command, add_common_options, point
 from gprodom.score.align import fit_planar
 from gprodom.score.sources import read_truth
-from gprodom.trajectory import Times, Trajectory
+from gprodom.trajectory import Times, Trajectory, path_length
 
 WINDOW_M, WINDOW_S = 3.0, 5.0  # a window is at least this long, and takes this long at usual speed
 MIN_POINTS = 6  # of the truth in a window
@@ -92,11 +92,11 @@ def make_windows(
     heading = np.interp(wheel_time, imu_time, yaw)
     middle = 0.5 * (heading[1:] + heading[:-1])
     along = np.column_stack([np.cos(middle), np.sin(middle)])
-    rolled = _sum(along * np.diff(distance)[:, None])
-    turned = _sum(along * np.diff(heading)[:, None])
+    rolled = sums(along * np.diff(distance)[:, None])
+    turned = sums(along * np.diff(heading)[:, None])
     use = (truth.time >= first) & (truth.time <= last)
     time, position = truth.time[use], truth.position[use, :2]
-    travelled = np.interp(time, wheel_time, _sum(np.abs(np.diff(distance))))
+    travelled = np.interp(time, wheel_time, sums(np.abs(np.diff(distance))))
     speed = np.abs(np.diff(travelled)) / np.maximum(np.diff(time) * 1e-6, 1e-3)
     moving = speed[speed > 0.05]
     if not len(moving):
@@ -117,10 +117,6 @@ def make_windows(
                 )
             )
     return windows
-
-
-def _sum(steps: Floats) -> Floats:
-    return np.concatenate([np.zeros((1, *steps.shape[1:])), np.cumsum(steps, axis=0)])
 
 
 def _interpolated(time: Times, at: Times, table: Floats) -> Floats:
@@ -192,13 +188,10 @@ def check_rest(
     time, distance = wheel_distance(log)
     first = truth.time[0] + int(share * (truth.time[-1] - truth.time[0]))
     rest = truth.select((truth.time >= first) & (truth.time <= time[-1]))
-    points = rest.position[:, :2]
-    true, at = 0.0, 0
-    for i in range(1, len(points)):
-        step = float(np.linalg.norm(points[i] - points[at]))
-        if step >= TREAD_M:
-            true, at = true + step, i
-    steps = np.abs(np.diff(np.interp(rest.time[[0, at]], time, _sum(np.abs(np.diff(distance))))))
+    travelled = path_length(rest.position[:, :2], TREAD_M)
+    true = float(travelled[-1])
+    at = int(np.searchsorted(travelled, true))
+    steps = np.abs(np.diff(np.interp(rest.time[[0, at]], time, sums(np.abs(np.diff(distance))))))
     if true <= 0:
         raise Error("the truth does not move in what is left to check on")
     reported = float(steps[0])
@@ -211,19 +204,20 @@ def add_parser(subjects: Subparsers) -> None:
         subjects, "wheel", "scale and lever arm of the wheel", DESCRIPTION, EXAMPLES, run
     )
     parser.add_argument("sources", metavar="SEQ|LOG", type=Path, nargs="+", help="log with truth")
-    parser.option("--prism", "X,Y", "0,0", "point whose position the truth measured (body, m)")
+    parser.option(
+        "--prism",
+        "X,Y",
+        point,
+        "point whose position the truth measured (body, m)",
+        default=(0.0, 0.0),
+    )
     parser.option("--fit-share", "P", 1.0, "see above (default: all)")
     add_output_option(parser)
-    add_config_options(parser)
-    add_json_flag(parser)
+    add_common_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Runs ``calibrate wheel``."""
-    try:
-        x, y = (float(part) for part in args.prism.split(","))
-    except ValueError:
-        raise UsageError(f"--prism {args.prism!r}: expected X,Y in metres") from None
     if not 0 < args.fit_share <= 1:
         raise UsageError(f"--fit-share {args.fit_share:g}: expected above 0, at most 1")
     windows: list[Window] = []
@@ -233,7 +227,7 @@ def run(args: argparse.Namespace) -> int:
         truth = read_truth(source, frame=None).trajectory
         windows += make_windows(log, truth, (0.0, args.fit_share))
         recordings.append((log, truth))
-    found = fit_wheel(windows, (x, y))
+    found = fit_wheel(windows, args.prism)
     checks = []
     if args.fit_share < 1:
         checks = [check_rest(log, truth, args.fit_share, found.scale) for log, truth in recordings]

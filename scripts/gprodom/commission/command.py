@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 from gprodom.commission.parameter import CIRCLES, STAND, STARTS, STRAIGHT
 from gprodom.config import Channels, read_channels
-from gprodom.console import Progress, add_json_flag, format_table, print_json
+from gprodom.console import Progress, format_table, print_json
 from gprodom.convert.sampling import add_sample_interval_option
 from gprodom.errors import Error, UsageError
 from gprodom.files import OutputFile, replacing, temporary_folder, write_text
-from gprodom.options import Subparsers, add_command, add_config_options, add_output
+from gprodom.options import Subparsers, add_command, add_common_options, add_output
 from gprodom.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -75,8 +75,7 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.flag("--no-replay", "compare no replays")
     add_sample_interval_option(parser)
-    add_config_options(parser)
-    add_json_flag(parser)
+    add_common_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -16,7 +16,7 @@ import math
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from gprodom.arrays import Floats, Ints
+from gprodom.arrays import Floats, Ints, integral
 from gprodom.commission.parameter import CIRCLES, Parameter, listed
 from gprodom.doctor.finding import Log
 from gprodom.drive.imu_mounting import matrix_of, smoothed
@@ -90,9 +90,8 @@ def _rows(log: Log, rpy: tuple[float, ...]) -> tuple[Floats, Floats, Ints]:
     turn = turn - (turn[rests].mean() if rests.sum() > 1 else 0.0)
     force = (imu["linear_acceleration"] - imu["linear_acceleration"].mean(axis=0)) @ R.T
 
-    def integral(of: Floats) -> Floats:
-        steps = 0.5 * (of[1:] + of[:-1]) * np.diff(seconds)
-        return np.asarray(np.interp(grid, stamps, np.concatenate([[0.0], np.cumsum(steps)])))
+    def integrated(of: Floats) -> Floats:
+        return np.asarray(np.interp(grid, stamps, integral(of, seconds)))
 
     # Of what is like a speed, means between the steps of the grid.
     def slope(of: Floats) -> Floats:
@@ -101,11 +100,11 @@ def _rows(log: Log, rpy: tuple[float, ...]) -> tuple[Floats, Floats, Ints]:
     def between(of: Floats) -> Floats:
         return np.asarray(0.5 * (of[1:] + of[:-1]))
 
-    way_steps, turn_steps = np.diff(np.interp(grid, time, way)), np.diff(integral(turn))
+    way_steps, turn_steps = np.diff(np.interp(grid, time, way)), np.diff(integrated(turn))
     across = np.concatenate([[0.0], np.cumsum(way_steps * turn_steps / STEP_S)])
     faster, turning = slope(way_steps / STEP_S), slope(turn_steps / STEP_S)
-    square, sideways = slope(between(integral(turn**2))), slope(between(across))
-    felt = [slope(between(integral(force[:, axis]))) for axis in range(2)]
+    square, sideways = slope(between(integrated(turn**2))), slope(between(across))
+    felt = [slope(between(integrated(force[:, axis]))) for axis in range(2)]
     one, none = np.ones(len(square)), np.zeros(len(square))
     rows = np.stack(
         [

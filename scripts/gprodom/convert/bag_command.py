@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from gprodom.config import read_channels
-from gprodom.console import add_json_flag, format_table, tell
+from gprodom.console import format_table, tell
 from gprodom.convert.bag import Topics, read_streams
 from gprodom.convert.bag_reader import NONE
 from gprodom.convert.plausible import check_streams
@@ -14,7 +14,7 @@ from gprodom.convert.wheels import WheelSpec
 from gprodom.errors import UsageError
 from gprodom.fixes.record import Quality
 from gprodom.lcm.log_writer import Stream, write_log
-from gprodom.options import Subparsers, add_command, add_config_options, add_output
+from gprodom.options import Subparsers, add_command, add_common_options, add_output
 
 EXAMPLES = """\
   gprodom convert bag husky.bag -o husky.lcmlog --imu /imu/data \\
@@ -77,8 +77,7 @@ def add_parser(formats: Subparsers) -> None:
     add_sample_interval_option(
         parser, "seconds between radar samples (default: what the messages say)"
     )
-    add_config_options(parser)
-    add_json_flag(parser)
+    add_common_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from gprodom.config import read_channels
-from gprodom.console import add_json_flag, tell
+from gprodom.console import tell
 from gprodom.convert import bag_command, survey_command, tables_command
 from gprodom.convert.cmu import read_recording
 from gprodom.convert.plausible import check_streams
@@ -12,7 +12,7 @@ from gprodom.convert.sampling import add_sample_interval_option
 from gprodom.convert.streams import streams
 from gprodom.convert.summary import as_text, summarise
 from gprodom.lcm.log_writer import write_log
-from gprodom.options import Subparsers, add_command, add_config_options, add_output
+from gprodom.options import Subparsers, add_command, add_common_options, add_output
 
 CMU_EXAMPLES = """\
   gprodom convert cmu 1613063877-0-gates_g-cmu-gpr.zip -o garage.lcmlog
@@ -49,8 +49,7 @@ def add_parser(subparsers: Subparsers) -> None:
     cmu.add_argument("sequence", metavar="SEQ", type=Path, help="directory or zip")
     add_output(cmu, "LOG", "LCM log")
     add_sample_interval_option(cmu)
-    add_config_options(cmu)
-    add_json_flag(cmu)
+    add_common_options(cmu)
     bag_command.add_parser(formats)
     tables_command.add_parser(formats)
     survey_command.add_parser(formats)

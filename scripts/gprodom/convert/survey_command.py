@@ -1,6 +1,7 @@
 """``gprodom convert survey``: radar makers' files to ground for ``gprodom simulate``."""
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -95,7 +96,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def read(path: Path, channels: list[int] | None) -> list[Line]:
+def read(path: Path, channels: Sequence[int] | None) -> list[Line]:
     """The lines of a file; None: of its first channel, and what is left out is told."""
     if channels is not None:
         return list(chosen(path, channels).values())

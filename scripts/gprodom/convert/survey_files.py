@@ -10,7 +10,6 @@ A DZT may hold several channels, whose traces lie in turn, each with a header of
 give each antenna a file of its own (Sensors & Software, MALA, Impulse) need nothing here.
 """
 
-import argparse
 import math
 import re
 import struct
@@ -25,6 +24,7 @@ from gprodom.arrays import Ints
 from gprodom.console import warn
 from gprodom.errors import Error
 from gprodom.files import also_read
+from gprodom.options import numbers
 
 _FOOT = 0.3048  # m
 _MAX_SAMPLES = 16_384  # of a trace; the estimator takes no more
@@ -84,15 +84,11 @@ def chosen(path: Path, channels: Sequence[int]) -> dict[int, Line]:
     return {channel: lines[channel] for channel in channels}
 
 
-def channel_numbers(text: str) -> list[int]:
-    """The argument of --channels: numbers from 0, each once."""
-    try:
-        numbers = [int(part) for part in text.split(",")]
-    except ValueError:
-        numbers = [-1]
-    if min(numbers) < 0 or len(set(numbers)) < len(numbers):
-        raise argparse.ArgumentTypeError(f"{text!r}: expected channels from 0, each once: 0,1")
-    return numbers
+channel_numbers = numbers(  # the argument of --channels
+    "channels from 0, each once: 0,1",
+    lambda values: min(values) >= 0 and len(set(values)) == len(values),
+    int,
+)
 
 
 def read_lines(path: Path) -> list[Line]:

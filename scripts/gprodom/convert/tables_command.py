@@ -9,7 +9,7 @@ import numpy as np
 
 from gprodom.arrays import Floats, Ints
 from gprodom.config import Channels, read_channels
-from gprodom.console import add_json_flag, warn
+from gprodom.console import warn
 from gprodom.convert.any_table import read_named, read_source
 from gprodom.convert.bag_command import write_and_tell
 from gprodom.convert.layout import (
@@ -29,7 +29,7 @@ from gprodom.errors import Error, UsageError
 from gprodom.fixes.table import WIDTHS, fixes_of_table
 from gprodom.geodesy import local_positions
 from gprodom.lcm.log_writer import Stream
-from gprodom.options import Subparsers, add_command, add_config_options, add_output
+from gprodom.options import Subparsers, add_command, add_common_options, add_output, numbers
 
 EXAMPLES = """\
   gprodom convert tables --accelerometer accelerometer.csv --gyroscope gyroscope.csv \\
@@ -101,7 +101,7 @@ def add_parser(formats: Subparsers) -> None:
         parser.option(
             f"--{side}",
             "WHEELS",
-            _wheel_numbers,
+            numbers("numbers of wheels, from 1", lambda values: min(values) >= 1, int),
             f"wheels of the {side} side by their columns, such as 1,3",
             default=[],
         )
@@ -132,8 +132,7 @@ def add_parser(formats: Subparsers) -> None:
         "--strict", "refuse a table with a line that cannot be used, instead of leaving it out"
     )
     parser.option("--delimiter", "C", str, "default: semicolon or tab if there is one, else comma")
-    add_config_options(parser)
-    add_json_flag(parser)
+    add_common_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -165,7 +164,10 @@ def _options(args: argparse.Namespace) -> dict[str, Any]:
         if columns is not None:
             given["columns"] = columns.split(",")
         if name == "gpr":
-            chosen = {"antenna": args.gpr_antenna, "channels": args.channels}
+            chosen = {
+                "antenna": args.gpr_antenna,
+                "channels": args.channels and list(args.channels),
+            }
             given |= {key: value for key, value in chosen.items() if value is not None}
         if given:
             options[name] = given
@@ -209,16 +211,6 @@ def covered(time: Ints, by: Ints) -> Floats:
     inside = (right > 0) & (right < len(by))
     step = by[np.minimum(right, len(by) - 1)] - by[np.maximum(right - 1, 0)]
     return np.asarray(exact | (inside & (step <= _MAX_GAP * max(np.median(np.diff(by)), 1))))
-
-
-def _wheel_numbers(text: str) -> list[int]:
-    try:
-        numbers = [int(part) for part in text.split(",")]
-    except ValueError:
-        numbers = [0]
-    if min(numbers) < 1:
-        raise argparse.ArgumentTypeError(f"{text!r}: expected numbers of wheels, from 1")
-    return numbers
 
 
 def _gpr(layout: Layout, channels: Channels, strict: bool) -> list[Stream]:

@@ -1,11 +1,13 @@
 """Wheels of bags and tables: poses, speeds and joints to distances, of one wheel or two sides."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from gprodom.arrays import Floats, Ints
+from gprodom import rotation
+from gprodom.arrays import Floats, Ints, integral, sums
 from gprodom.config import STANDARD, Channels
 from gprodom.console import warn
 from gprodom.convert.any_table import read_named
@@ -40,7 +42,7 @@ def read_wheel(message: Any, kind: str, spec: WheelSpec) -> Row | None:
     if kind.endswith("Odometry"):
         pose, rate = message.pose.pose, message.twist.twist.angular.z
         q = pose.orientation
-        yaw = np.arctan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y**2 + q.z**2))
+        yaw = rotation.yaw_of(np.array([q.w, q.x, q.y, q.z]))
         return "pose", pose.position.x, pose.position.y, float(yaw), rate
     if kind.endswith("TwistStamped"):
         return "speed", message.twist.linear.x, message.twist.angular.z, 0.0, 0.0
@@ -86,7 +88,7 @@ def along_poses(poses: Floats) -> Floats:
     yaw = np.unwrap(poses[:, 2])
     middle = 0.5 * (yaw[1:] + yaw[:-1])
     dx, dy = np.diff(poses[:, 0]), np.diff(poses[:, 1])
-    return np.concatenate([[0.0], np.cumsum(dx * np.cos(middle) + dy * np.sin(middle))])
+    return sums(dx * np.cos(middle) + dy * np.sin(middle))
 
 
 @dataclass(frozen=True)
@@ -124,7 +126,7 @@ def continued(time: Ints, values: Floats) -> Counter:
     steps = np.where(restarted, values[1:], steps + wrapped)
     begins = np.flatnonzero(restarted | (wrapped != 0))
     return Counter(
-        values[0] + np.concatenate([[0.0], np.cumsum(steps)]),
+        values[0] + sums(steps),
         int(restarted.sum()),
         int(np.count_nonzero(wrapped)),
         float(time[begins[0] + 1] - time[0]) * 1e-6 if len(begins) else 0.0,
@@ -133,9 +135,7 @@ def continued(time: Ints, values: Floats) -> Counter:
 
 def added_up(time: Ints, rate: Floats) -> Floats:
     """The integral of a rate (n, ...) per second over `time` (n,), us, by means of neighbours."""
-    steps = np.diff(time).reshape(-1, *(1,) * (rate.ndim - 1)) * 1e-6
-    pieces = 0.5 * (rate[1:] + rate[:-1]) * steps
-    return np.concatenate([np.zeros_like(pieces[:1]), np.cumsum(pieces, axis=0)])
+    return integral(rate, (time - time[:1]) * 1e-6)
 
 
 def wheel_stream(channel: str, time: Ints, distance: Floats) -> Stream:
@@ -154,7 +154,7 @@ def _ticks(distance: Floats) -> Ints:
 
 
 def wheels_of_tables(
-    layout: Layout, channels: Channels, left: list[int], right: list[int], strict: bool
+    layout: Layout, channels: Channels, left: Sequence[int], right: Sequence[int], strict: bool
 ) -> Stream:
     """Of the one source of a wheel, or of several; of two sides where both are told."""
     given = [name for name in _SOURCES if name in layout.sources]
@@ -179,7 +179,7 @@ def wheels_of_tables(
         stream = wheel_stream(channels.wheel, table.utime, travelled.mean(axis=1))
         return replace(stream, out_of_order=table.out_of_order)
     wheels = travelled.shape[1]
-    if not left or not right or max(left + right) > wheels:
+    if not left or not right or max(*left, *right) > wheels:
         raise UsageError(f"--left and --right: expected wheels 1 to {wheels} for both sides")
     sides = (travelled[:, [wheel - 1 for wheel in side]].mean(axis=1) for side in (left, right))
     stream = pair_stream(channels.wheels, table.utime, *sides)

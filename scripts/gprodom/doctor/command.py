@@ -5,10 +5,10 @@ from dataclasses import asdict
 from pathlib import Path
 
 from gprodom.config import AUTO, mounting_angles, read_antennas
-from gprodom.console import add_json_flag, print_json
+from gprodom.console import print_json
 from gprodom.convert.sampling import add_sample_interval_option
 from gprodom.lcm.antennas import counts, named
-from gprodom.options import Subparsers, add_command, add_config_options
+from gprodom.options import Subparsers, add_command, add_common_options
 
 DESCRIPTION = """\
 Reads a recording and names what is wrong with it, each with the setting or command that mends it:
@@ -33,8 +33,7 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.add_argument("source", metavar="LOG|SEQ", type=Path)
     add_sample_interval_option(parser)
-    add_config_options(parser)
-    add_json_flag(parser)
+    add_common_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -16,6 +16,8 @@ from gprodom.lcm.logs import Channel
 SMOOTH_S = 0.05
 SHORTEST_S = 1e-3
 
+matrix_of = rotation.from_rpy  # R_body_imu of `imu.rpy_body_imu`
+
 
 @dataclass(frozen=True)
 class ImuMounting:
@@ -39,15 +41,6 @@ def read_mounting(configs: Configs = (), overrides: Sequence[str] = ()) -> ImuMo
     """As it is configured."""
     rpy = read_imu_mounting(configs, overrides)
     return ImuMounting(rpy, read_lever_arm(configs, overrides, "imu.lever_arm"))
-
-
-def matrix_of(rpy: tuple[float, ...]) -> Floats:
-    """R_body_imu of `imu.rpy_body_imu`: roll, pitch, yaw (rad)."""
-    roll, pitch, yaw = rpy
-    c, s = np.cos([roll, pitch]), np.sin([roll, pitch])
-    about_x = np.array([[1, 0, 0], [0, c[0], -s[0]], [0, s[0], c[0]]])
-    about_y = np.array([[c[1], 0, s[1]], [0, 1, 0], [-s[1], 0, c[1]]])
-    return np.asarray(rotation.yaw_matrix(yaw) @ about_y @ about_x)
 
 
 def smoothed(rate: Floats, seconds: Floats) -> Floats:

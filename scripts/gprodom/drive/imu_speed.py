@@ -7,7 +7,7 @@ a second they are some centimetres a second.
 import numpy as np
 
 from gprodom import rotation
-from gprodom.arrays import Floats, Ints
+from gprodom.arrays import Floats, Ints, integral
 from gprodom.drive.imu_mounting import ImuMounting, matrix_of
 from gprodom.lcm.logs import Channel
 
@@ -23,14 +23,12 @@ def imu_speed(imu: Channel, odometry: Channel, mounting: ImuMounting) -> tuple[I
     time = odometry["utime"]
     origin = int(time[0])
     clock, stamps = (time - origin) * 1e-6, (imu["utime"] - origin) * 1e-6
-    force = (
-        mounting.at_origin(imu)["linear_acceleration"] @ matrix_of(mounting.rpy)[0]
-    )  # forwards, in body
+    # Forwards, in body.
+    force = mounting.at_origin(imu)["linear_acceleration"] @ matrix_of(mounting.rpy)[0]
     tilted = GRAVITY * rotation.to_matrix(odometry["orientation"])[:, 2, 0]
     known = np.interp(stamps, clock, tilted + odometry["accel_bias"][:, 0])
     change = force - known
-    steps = 0.5 * (change[1:] + change[:-1]) * np.diff(stamps)
-    gained = np.concatenate([[0.0], np.cumsum(steps)])
+    gained = integral(change, stamps)
     kept = (clock >= clock[0] + SPAN_S) & (clock <= stamps[-1])
     now, before = clock[kept], clock[kept] - SPAN_S
     speed = np.interp(before, clock, odometry["velocity"][:, 0])

@@ -9,14 +9,14 @@ import numpy as np
 
 from gprodom.arrays import Bools, Ints
 from gprodom.config import Channels, read_antennas, read_channels, read_datum, read_lever_arm
-from gprodom.console import add_json_flag, tell
+from gprodom.console import tell
 from gprodom.errors import Error, UsageError
 from gprodom.files import OutputFile, OutputFolder
 from gprodom.fixes.site import datum_of_log
 from gprodom.geodesy import Datum
 from gprodom.lcm import logs
 from gprodom.lcm.antennas import counts, named, of_antenna
-from gprodom.options import Subparsers, add_command, add_config_options
+from gprodom.options import Subparsers, add_command, add_common_options, numbers
 from gprodom.score.sources import FRAMES, read_estimate
 from gprodom.trajectory import Trajectory, interpolate
 
@@ -59,19 +59,15 @@ FOLDERS = ("rosbag2",)
 OUTPUTS = ("geojson", "gpx", "csv", "traces", "segy", *RECORDINGS, "layout")
 
 
+_DATUM = numbers(
+    "LAT,LON[,HEIGHT[,YAW]] in degrees, m and degrees",
+    lambda v: 2 <= len(v) <= 4 and abs(v[0]) <= 90 and abs(v[1]) <= 180 and np.isfinite(v).all(),
+)
+
+
 def parse_datum(text: str) -> Datum:
     """LAT,LON[,HEIGHT[,YAW]]."""
-    try:
-        values = [float(part) for part in text.split(",")]
-        if not 2 <= len(values) <= 4 or not abs(values[0]) <= 90 or not abs(values[1]) <= 180:
-            raise ValueError
-        if not np.all(np.isfinite(values)):
-            raise ValueError
-    except ValueError:
-        raise argparse.ArgumentTypeError(
-            f"{text!r}: expected LAT,LON[,HEIGHT[,YAW]] in degrees, m and degrees"
-        ) from None
-    return Datum(*values)
+    return Datum(*_DATUM(text))
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -87,8 +83,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.option("--datum", "LAT,LON[,HEIGHT[,YAW]]", parse_datum, "see above")
     parser.option("--radar", "LOG", Path, "log with the radar's traces")
     parser.option("--antenna", "ID", int, "of --traces and --segy: its traces alone")
-    add_config_options(parser)
-    add_json_flag(parser)
+    add_common_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from gprodom import rotation
 from gprodom.arrays import Ints
 from gprodom.console import warn
 from gprodom.fixes import trust
@@ -27,10 +28,11 @@ def read_fix(message: Any, kind: str) -> tuple[Any, ...]:
         )
     pose, covariance = message.pose.pose, np.asarray(message.pose.covariance).reshape(6, 6)
     p, q = pose.position, pose.orientation
-    unit = abs(np.linalg.norm([q.w, q.x, q.y, q.z]) - 1) < 0.01
+    orientation = np.array([q.w, q.x, q.y, q.z])
+    unit = abs(np.linalg.norm(orientation) - 1) < 0.01
     sigma = float(np.sqrt(max(covariance[5, 5], 0.0)))
     told = unit and 0 < sigma < _WIDEST_HEADING
-    heading = np.arctan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y**2 + q.z**2))
+    heading = rotation.yaw_of(orientation)
     return (
         (p.x, p.y, p.z),
         tuple(covariance[:3, :3].ravel()),

@@ -17,29 +17,20 @@ UNKNOWN_SIGMA = {
     Quality.FIXED: (0.05, 0.1),
     Quality.SURVEYED: (0.05, 0.05),
 }
+
+
+def _from_zero(names: str) -> dict[int, Quality]:
+    """The qualities of those names by the codes 0, 1, 2 and so on."""
+    return {code: Quality[name] for code, name in enumerate(names.split())}
+
+
 # Codes of others -> ours. NMEA GGA: 1 GPS, 2 differential, 3 PPS, 4 RTK fixed, 5 RTK float, 6 dead
 # reckoning, which is no position from outside. RTKLIB: 1 fixed, 2 float, 3 SBAS, 4 differential,
 # 5 single, 6 PPP.
 CODES: dict[str, dict[int, Quality]] = {
     "gprodom": {int(quality): quality for quality in Quality},
-    "nmea": {
-        0: Quality.NONE,
-        1: Quality.SINGLE,
-        2: Quality.SINGLE,
-        3: Quality.SINGLE,
-        4: Quality.FIXED,
-        5: Quality.FLOAT,
-        6: Quality.NONE,
-    },
-    "rtklib": {
-        0: Quality.NONE,
-        1: Quality.FIXED,
-        2: Quality.FLOAT,
-        3: Quality.SINGLE,
-        4: Quality.SINGLE,
-        5: Quality.SINGLE,
-        6: Quality.FLOAT,
-    },
+    "nmea": _from_zero("NONE SINGLE SINGLE SINGLE FIXED FLOAT NONE"),
+    "rtklib": _from_zero("NONE FIXED FLOAT SINGLE SINGLE SINGLE FLOAT"),
 }
 
 

@@ -6,6 +6,7 @@ GPRODOM_LCM=ctypes forces one.
 """
 
 import os
+from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from gprodom.errors import Error
@@ -14,25 +15,14 @@ _choice = os.environ.get("GPRODOM_LCM", "")
 if _choice not in ("", "pypi", "ctypes"):
     raise Error(f"GPRODOM_LCM is {_choice!r}: expected pypi or ctypes")
 
-if TYPE_CHECKING:
+SOURCE = _choice or ("pypi" if find_spec("lcm") else "ctypes")
+if TYPE_CHECKING or SOURCE == "ctypes":
     from gprodom.lcm.binding import LCM, Event, EventLog, LCMSubscription
-
-    SOURCE = _choice
-elif _choice == "ctypes":
-    from gprodom.lcm.binding import LCM, Event, EventLog, LCMSubscription
-
-    SOURCE = "ctypes"
 else:
     try:
         from lcm import LCM, Event, EventLog, LCMSubscription
-
-        SOURCE = "pypi"
     except ModuleNotFoundError:
-        if _choice == "pypi":
-            raise Error("GPRODOM_LCM=pypi, but the module lcm is not installed") from None
-        from gprodom.lcm.binding import LCM, Event, EventLog, LCMSubscription
-
-        SOURCE = "ctypes"
+        raise Error("GPRODOM_LCM=pypi, but the module lcm is not installed") from None
 
 DEFAULT_URL = "udpm://239.255.76.67:7667?ttl=0"  # nothing leaves the machine
 

@@ -7,6 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
+from gprodom import rotation
 from gprodom.arrays import Floats
 from gprodom.config import Channels
 from gprodom.lcm import logs
@@ -59,8 +60,7 @@ def answers_to(log: Path, teller: Teller, channels: Channels, poses: Path | None
     track = None
     if poses is not None:
         track = logs.need(logs.read_roles(poses, channels.of("odometry")), "odometry")
-        w, x, y, z = track["orientation"].T
-        yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+        yaw = rotation.yaw_of(track["orientation"])
         times += [(int(t), 0, i) for i, t in enumerate(track["utime"])]
     answers = []
     for utime, what, i in sorted(times):

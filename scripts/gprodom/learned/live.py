@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gprodom import rotation
 from gprodom.console import add_json_flag, tell
 from gprodom.options import Subparsers, add_command, add_config_options
 
@@ -77,10 +78,9 @@ class Inference:
 
         begun = time.monotonic()
         pose = message("odometry_t").decode(data)
-        w, x, y, z = pose.orientation
-        yaw = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-        at_x, at_y, _ = pose.position
-        self._send(self._teller.pose(pose.utime, at_x, at_y, yaw), begun)
+        yaw = float(rotation.yaw_of(pose.orientation))
+        x, y, _ = pose.position
+        self._send(self._teller.pose(pose.utime, x, y, yaw), begun)
 
     def _send(self, answers: list[Answer], begun: float) -> None:
         from gprodom.lcm.answers import encoded

@@ -7,6 +7,7 @@ import numpy as np
 from gprodom.arrays import Bools, runs
 from gprodom.errors import Error
 from gprodom.map.ground import MapFile
+from gprodom.options import numbers
 
 
 def parse_runs(text: str) -> set[int]:
@@ -34,15 +35,10 @@ def parse_distance(text: str) -> tuple[float, float]:
     return found
 
 
-def parse_area(text: str) -> tuple[float, float, float, float]:
-    """XMIN,YMIN,XMAX,YMAX."""
-    try:
-        x0, y0, x1, y1 = (float(part) for part in text.split(","))
-    except ValueError:
-        x0 = y0 = x1 = y1 = np.nan
-    if not (x0 < x1 and y0 < y1):
-        raise argparse.ArgumentTypeError(f"{text!r}: expected XMIN,YMIN,XMAX,YMAX in m")
-    return x0, y0, x1, y1
+parse_area = numbers(
+    "XMIN,YMIN,XMAX,YMAX in m",
+    lambda values: len(values) == 4 and values[0] < values[2] and values[1] < values[3],
+)
 
 
 def of_runs(file: MapFile, runs: set[int]) -> Bools:

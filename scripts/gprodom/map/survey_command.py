@@ -5,7 +5,7 @@ from pathlib import Path
 
 from gprodom import canvas
 from gprodom.config import read_antennas, read_channels, read_datum
-from gprodom.console import add_json_flag, format_table, tell, warn
+from gprodom.console import format_table, tell, warn
 from gprodom.errors import UsageError
 from gprodom.export.command import parse_datum
 from gprodom.files import OutputFile, PictureFile
@@ -15,7 +15,7 @@ from gprodom.fixes.record import one_stream
 from gprodom.fixes.site import datum_of_log
 from gprodom.geodesy import Datum
 from gprodom.map.survey import compare, in_site, survey_figure
-from gprodom.options import Subparsers, add_command, add_config_options
+from gprodom.options import Subparsers, add_command, add_common_options
 from gprodom.score.sources import read_estimate
 
 DESCRIPTION = """\
@@ -57,8 +57,7 @@ def add_survey(works: Subparsers) -> None:
         parse_datum,
         "where site lies, for markers in degrees (default: what LOG or anchor.datum tells)",
     )
-    add_config_options(parser)
-    add_json_flag(parser)
+    add_common_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from gprodom import rotation
-from gprodom.arrays import Floats
+from gprodom.arrays import Floats, integral
 from gprodom.errors import Error
 from gprodom.lcm import logs
 from gprodom.odometry.causal_yaw import CausalYaw, causal_yaw
@@ -39,8 +39,7 @@ def yaw_from_gyro(imu_time: Times, acceleration: Floats, gyro: Floats, still: Sp
     up = acceleration[during].mean(axis=0)
     up /= np.linalg.norm(up)
     rate = (gyro - gyro[during].mean(axis=0)) @ up
-    steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(seconds)
-    return np.concatenate([[0.0], np.cumsum(steps)])
+    return integral(rate, seconds)
 
 
 def first_motion(wheel_time: Times, distance: Floats) -> int:
@@ -133,8 +132,7 @@ def gyro_yaw_of(log: dict[str, logs.Channel], still: Span) -> tuple[Times, Float
         return time, yaw_from_gyro(time, acceleration, rate, still)
     up = acceleration.mean(axis=0)
     turn = rate @ (up / np.linalg.norm(up))
-    steps = 0.5 * (turn[1:] + turn[:-1]) * np.diff(time) * 1e-6
-    return time, np.concatenate([[0.0], np.cumsum(steps)])
+    return time, integral(turn, (time - time[:1]) * 1e-6)
 
 
 def wheel_and_gyro(log: dict[str, logs.Channel]) -> Trajectory:

@@ -67,7 +67,6 @@ class PipeTeller:
 
     pipes: PipeMap
     longest_s: float = 20.0  # from pipe to pipe, within the estimator's window
-    apexes: int = 0
     _laid: LaidTraces = field(default_factory=lambda: LaidTraces(LENGTH, EVERY, COLUMN, TURN_M))
     _interval: float = 0.0  # s between samples
     _forwards: bool = True
@@ -128,7 +127,6 @@ class PipeTeller:
         return sorted(found)
 
     def _heard(self, utime: int, apex: _Apex) -> list[Answer]:
-        self.apexes += 1
         self._found.append(apex)
         if self._place is None:
             self._locate()

@@ -19,6 +19,7 @@ from gprodom.odometry.methods import METHODS, find_method
 from gprodom.options import (
     Subparsers,
     add_command,
+    add_common_options,
     add_config_options,
     add_output,
     add_picture_output,
@@ -101,8 +102,7 @@ def _add_log(subjects: Subparsers) -> None:
         "log with the wheel's speed: the replay's input (its output has none)",
     )
     add_picture_output(parser)
-    add_config_options(parser)
-    add_json_flag(parser)
+    add_common_options(parser)
 
 
 def _add_observability(subjects: Subparsers) -> None:

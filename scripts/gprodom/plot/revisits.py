@@ -11,11 +11,11 @@ import numpy as np
 from gprodom import canvas
 from gprodom.arrays import Bools, Floats, Ints
 from gprodom.config import read_channels
-from gprodom.console import add_json_flag, format_table, tell
+from gprodom.console import format_table, tell
 from gprodom.errors import Error
 from gprodom.lcm import logs
 from gprodom.lcm.constants import kind
-from gprodom.options import Subparsers, add_command, add_config_options, add_picture_output
+from gprodom.options import Subparsers, add_command, add_common_options, add_picture_output
 from gprodom.score.sources import odometry
 from gprodom.trajectory import Trajectory, interpolate
 
@@ -120,8 +120,7 @@ def add_parser(subjects: Subparsers) -> None:
     )
     parser.add_argument("log", metavar="LOG", type=Path, help="output of a replay or a recording")
     add_picture_output(parser)
-    add_config_options(parser)
-    add_json_flag(parser)
+    add_common_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:

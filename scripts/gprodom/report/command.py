@@ -4,9 +4,9 @@ import argparse
 from pathlib import Path
 
 from gprodom.config import read_channels
-from gprodom.console import add_json_flag, format_table, tell
+from gprodom.console import format_table, tell
 from gprodom.files import write_text
-from gprodom.options import Subparsers, add_command, add_config_options, add_output
+from gprodom.options import Subparsers, add_command, add_common_options, add_output
 
 DESCRIPTION = """\
 Writes one HTML page about a drive, from a log of gprodom-replay or a recording of gprodomd: where
@@ -33,8 +33,7 @@ def add_parser(subparsers: Subparsers) -> None:
         "the wheel's speed, dead reckoning and the ground",
     )
     add_output(parser, "FILE", "page to write")
-    add_config_options(parser)
-    add_json_flag(parser)
+    add_common_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:

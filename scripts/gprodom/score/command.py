@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 
 from gprodom.config import read_channels
-from gprodom.console import add_json_flag, tell
+from gprodom.console import tell
 from gprodom.errors import UsageError
 from gprodom.files import OutputFolder
-from gprodom.options import Parser, Subparsers, add_command, add_config_options
+from gprodom.options import Parser, Subparsers, add_command, add_common_options, numbers
 from gprodom.score.align import add_align_option, add_first_m_option
 from gprodom.score.associate import MAX_GAP_S, UNCOVERED_M, associate, warn_of_uncovered
 from gprodom.score.consistency import TruthError
@@ -71,13 +71,12 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.option(
         "--prism",
         "X,Y,Z",
-        parse_point,
+        numbers("three numbers X,Y,Z", lambda values: len(values) == 3),
         "point whose position the truth measured (m, body frame; default 0,0,0)",
     )
     parser.choice("--frame", FRAMES, "map", "frame of the poses of a log (default map)")
     add_truth_error(parser)
-    add_config_options(parser)
-    add_json_flag(parser)
+    add_common_options(parser)
     parser.option(
         "--plot", "DIR", OutputFolder, "folder for trajectory.png, error.png and report.html"
     )
@@ -106,15 +105,6 @@ def truth_error_of(args: argparse.Namespace) -> TruthError:
     if args.truth_sigma < 0 or args.truth_delay_sigma < 0:
         raise UsageError("--truth-sigma, --truth-delay-sigma: expected 0 or more")
     return TruthError(args.truth_sigma, args.truth_delay_sigma)
-
-
-def parse_point(text: str) -> tuple[float, float, float]:
-    """x,y,z from a command line."""
-    try:
-        x, y, z = (float(part) for part in text.split(","))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r}: expected three numbers X,Y,Z") from None
-    return x, y, z
 
 
 def at_prism(estimate: Trajectory, truth: Trajectory, prism: tuple[float, ...]) -> Trajectory:

@@ -9,7 +9,7 @@ from gprodom.errors import UsageError
 from gprodom.files import Output
 from gprodom.ground.pipes import read_pipes
 from gprodom.ground.survey import find_survey, shipped
-from gprodom.options import Subparsers, add_command
+from gprodom.options import Subparsers, add_command, numbers, point
 from gprodom.random_streams import stream
 from gprodom.simulate import lasting
 from gprodom.simulate.antennas import draw_antennas
@@ -17,7 +17,7 @@ from gprodom.simulate.drive import DriveSpec
 from gprodom.simulate.files import write_sequence
 from gprodom.simulate.ground import GroundSpec
 from gprodom.simulate.radar import RadarSpec
-from gprodom.simulate.robot import KINDS, Point, of_kind, robot
+from gprodom.simulate.robot import KINDS, of_kind, robot
 from gprodom.simulate.routes import ROUTES, make_route
 from gprodom.simulate.sequence import Spec, SurveySpec, simulate
 from gprodom.simulate.surface import SURFACES
@@ -32,6 +32,11 @@ EXAMPLES = """\
 RAYS, NONE = "rays", "none"
 SPEED = 0.6  # m/s
 FARTHEST = 100.0  # m, as imu.lever_arm
+
+_place = numbers(
+    f"X,Y,Z in metres, -{FARTHEST:g} to {FARTHEST:g} m each",
+    lambda values: len(values) == 3 and all(abs(value) <= FARTHEST for value in values),
+)
 
 DESCRIPTION = """\
 Simulates a drive and writes it in the format of the CMU-GPR dataset, for `gprodom convert cmu`: as
@@ -105,7 +110,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.option(
         "--antenna",
         "X,Y",
-        parse_point,
+        point,
         "the radar's middle in body, m (default: 0,0); again for each further antenna",
         action="append",
     )
@@ -121,12 +126,12 @@ def add_parser(subparsers: Subparsers) -> None:
         ("prism", "the total station's prism"),
     ):
         parser.option(
-            f"--{name}", "X,Y", parse_point, f"{what} in body, m (default: 0,0)", default=(0.0, 0.0)
+            f"--{name}", "X,Y", point, f"{what} in body, m (default: 0,0)", default=(0.0, 0.0)
         )
     parser.option(
         "--imu",
         "X,Y,Z",
-        parse_place,
+        _place,
         "the IMU's place in body, m: turning adds accelerations there (default: 0,0,0)",
         default=(0.0, 0.0, 0.0),
     )
@@ -139,26 +144,6 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.flag("--plain", "see above")
     add_json_flag(parser)
-
-
-def parse_point(text: str) -> Point:
-    """X,Y in metres."""
-    try:
-        x, y = (float(part) for part in text.split(","))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r}: expected X,Y in metres") from None
-    return x, y
-
-
-def parse_place(text: str) -> tuple[float, float, float]:
-    """X,Y,Z in metres, as far as a robot reaches."""
-    try:
-        x, y, z = (float(part) for part in text.split(","))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r}: expected X,Y,Z in metres") from None
-    if not max(abs(x), abs(y), abs(z)) <= FARTHEST:
-        raise argparse.ArgumentTypeError(f"{text!r}: expected -{FARTHEST:g} to {FARTHEST:g} m each")
-    return x, y, z
 
 
 def make_spec(args: argparse.Namespace) -> Spec:

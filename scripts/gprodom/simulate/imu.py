@@ -10,6 +10,7 @@ import numpy as np
 from gprodom.arrays import Floats
 from gprodom.random_streams import gauss_markov
 from gprodom.rotation import added_by_turning
+from gprodom.rotation import from_rpy as rotation_from_rpy
 from gprodom.simulate.drive import Motion
 from gprodom.simulate.terrain import draw_terrain
 
@@ -70,18 +71,6 @@ class ImuData:
     accel_bias: Floats
     gyro_bias: Floats
     orientation: Floats  # (n, 4) w x y z: the yaw that the gyro integrates to, drift included
-
-
-def rotation_from_rpy(rpy: tuple[float, float, float]) -> Floats:
-    """Rz(yaw) Ry(pitch) Rx(roll)."""
-    (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
 
 
 def measure(

@@ -8,6 +8,7 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
+from gprodom import rotation
 from gprodom.lcm.constants import health
 from gprodom.status.heard import Heard, figures, flags, sigmas
 
@@ -50,8 +51,7 @@ def _estimate(heard: Heard) -> Table:
         table.add_row("estimate", "none yet: the robot must stand still to start")
         return table
     position, yaw_sigma = sigmas(odometry)
-    w, x, y, z = odometry.orientation
-    yaw = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    yaw = rotation.yaw_of(odometry.orientation)
     table.add_row("position", "{:.3f} {:.3f} {:.3f} m".format(*odometry.position))
     table.add_row("", f"+-{position:.3f} m in the plane")
     table.add_row("heading", f"{math.degrees(yaw):.1f} +-{math.degrees(yaw_sigma):.2f} deg")
