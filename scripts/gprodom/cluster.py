@@ -42,8 +42,7 @@ def _is_here(host: str) -> bool:
 
 def identity() -> str:
     """Of what computes figures in this process: package and replay program."""
-    program = hashlib.sha256(find_program().read_bytes()).hexdigest()
-    return f"{digest_of_code()} {program}"
+    return f"{digest_of_code()} {hashlib.sha256(find_program().read_bytes()).hexdigest()}"
 
 
 class DaskExecutor:

@@ -106,8 +106,7 @@ def test_antennas_in_segy(log: Path, radar: Path, cli: Cli) -> None:
     segyio = pytest.importorskip("segyio")
     made = export(log, "segy", "--radar", radar, *PLACES)
     with segyio.open(str(made), ignore_geometry=True) as file:
-        numbers = file.attributes(segyio.TraceField.TraceNumber)[:]
-        assert numbers.tolist() == [0, 1] * 40
+        assert file.attributes(segyio.TraceField.TraceNumber)[:].tolist() == [0, 1] * 40
         traces = read(radar)["GPR_TRACE"]
         np.testing.assert_array_equal(file.trace.raw[:][1::2], apart(traces)[1]["samples"])
     other = ("--set", "gpr.antennas={0: [0, 0, 0], 7: [0, 0, 0]}")

@@ -52,8 +52,7 @@ def test_figures_have_one_form_and_are_kept(tmp_path: Path) -> None:
 
     # Other arguments are measured anew, and what fails of them is told.
     other = [*options, tmp_path / "three", "--set", "wheel.no_such=1"]
-    failed = run(RUNNER, "sample", *other, code=1)
-    assert "wheel.no_such=1: unknown key" in failed.stderr
+    assert "wheel.no_such=1: unknown key" in run(RUNNER, "sample", *other, code=1).stderr
     assert "unknown key" in read(tmp_path / "three" / "sample.json")["failed"]["sample"]
 
 
@@ -153,8 +152,7 @@ def test_other_recordings_by_a_description(shared: Path, tmp_path: Path) -> None
     )
     description.write_text(described)
     [mine] = run_bench("robots.py", folder).values()
-    known = run_bench("robots.py", shared / "robots", "--only", "phil1")
-    assert mine == known["phil1"]
+    assert mine == run_bench("robots.py", shared / "robots", "--only", "phil1")["phil1"]
 
     description.write_text(described + "  truth_sigma: 1\n")
     assert "mine: unknown key truth_sigma" in run(BENCH / "robots.py", folder, code=1).stderr

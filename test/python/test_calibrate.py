@@ -165,8 +165,7 @@ def test_radar_time_offset(tmp_path: Path, late: int, ground: str, cli: Cli) -> 
         return
     offset = yaml.safe_load(out.read_text())["gpr"]["time_offset"]
     config = yaml.safe_load(describe_config([f"gpr.time_offset={offset}"]))
-    written = config["gpr"]["time_offset"]
-    assert written == pytest.approx(found["gpr"]["offset_s"], abs=1e-4)
+    assert config["gpr"]["time_offset"] == pytest.approx(found["gpr"]["offset_s"], abs=1e-4)
 
 
 def test_no_radar_offset_without_motion(tmp_path: Path) -> None:

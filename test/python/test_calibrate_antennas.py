@@ -52,8 +52,7 @@ def test_the_known_distance_is_no_surer_with_more_drives() -> None:
     one = find_distance([drive], 0.3, 10.1, 0.0)
     assert one.distance_m == pytest.approx(0.303)
     assert one.sigma_m == pytest.approx(0.3 * 0.002)
-    four = find_distance([drive] * 4, 0.3, 10.1, 0.0)
-    assert four.sigma_m == pytest.approx(0.3 * 0.001)
+    assert find_distance([drive] * 4, 0.3, 10.1, 0.0).sigma_m == pytest.approx(0.3 * 0.001)
     assert find_distance([drive] * 400, 0.3, 10.0, 0.1).sigma_m > 0.3 * 0.01
     apart = [Drive(9.0, 25, 0.02), Drive(11.0, 25, 0.02)]
     assert find_distance(apart, 0.3, 10.0, 0.0).sigma_m > 0.3 * 0.05

@@ -9,7 +9,7 @@ import yaml
 from commission import make
 
 from conftest import Cli, run_isolated
-from gprodom.commission.guide import CIRCLING, HARD_STARTS, RETURN, STANDING, STRETCH, Guide
+from gprodom.commission.live import CIRCLING, HARD_STARTS, RETURN, STANDING, STRETCH, Guide
 from gprodom.config import STANDARD
 from gprodom.lcm.logs import read_roles
 from gprodom.odometry.dead_reckoning import wheel_distance

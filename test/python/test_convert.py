@@ -136,8 +136,7 @@ def test_orientation_has_unit_norm(columns: str | None, flagged: int, tmp_path: 
     if columns is not None:
         rows = [",".join(row.split(",")[:7]) + columns for row in files["imu_meas.csv"]]
         files["imu_meas.csv"] = rows
-    recording = read_recording(write(tmp_path / "a", files))
-    assert recording.has_orientation.sum() == flagged
+    assert read_recording(write(tmp_path / "a", files)).has_orientation.sum() == flagged
 
 
 def test_times_are_exact_to_the_microsecond() -> None:
@@ -269,8 +268,7 @@ def test_failed_write_keeps_the_old_log(
 @pytest.mark.parametrize("quantum", [0.000181609, 0.0005, 0.00314159265, 1 / 1024])
 @pytest.mark.parametrize("decimals", [6, 9, 17])
 def test_quantum_is_found(quantum: float, decimals: int) -> None:
-    generator = np.random.default_rng(3)
-    ticks = np.cumsum(generator.integers(-8, 60, 20_000)) + 3
+    ticks = np.cumsum(np.random.default_rng(3).integers(-8, 60, 20_000)) + 3
     distances = np.round(ticks * quantum, decimals)
     found = find_quantum(distances, decimals)
     assert found is not None
@@ -279,8 +277,7 @@ def test_quantum_is_found(quantum: float, decimals: int) -> None:
 
 
 def test_no_quantum_in_values_off_any_grid() -> None:
-    generator = np.random.default_rng(3)
-    assert find_quantum(np.cumsum(generator.uniform(0, 0.01, 500)), 17) is None
+    assert find_quantum(np.cumsum(np.random.default_rng(3).uniform(0, 0.01, 500)), 17) is None
     assert find_quantum(np.zeros(100), 6) is None
 
 

@@ -189,8 +189,7 @@ def test_topics_that_share_an_antenna(tmp_path: Path, cli: Cli) -> None:
     command = ["convert", "bag", path, "-o", tmp_path / "l", *RADIUS_OPTION]
     said = cli.error(*command, "--gpr", "/left", "--gpr", "/pair")
     assert "/pair holds traces of the antennas 0, 1, of which another" in said
-    log = convert(path, "--gpr", "/pair")
-    assert log["GPR_TRACE"]["antenna_id"].tolist() == [0, 1]
+    assert convert(path, "--gpr", "/pair")["GPR_TRACE"]["antenna_id"].tolist() == [0, 1]
 
 
 @pytest.mark.parametrize("kind", ["ros1", "sqlite3", "mcap"])

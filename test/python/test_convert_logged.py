@@ -116,8 +116,7 @@ def test_a_table_of_which_most_is_unusable_is_refused(tmp_path: Path, cli: Cli) 
     """Columns are numbered as in the file. Samples that are no counts: a scale is wanted."""
     path = tmp_path / "all.csv"
     arguments = wide(path)
-    text = path.read_text()
-    rows = [line.split(",") for line in text.splitlines()]
+    rows = [line.split(",") for line in path.read_text().splitlines()]
     for row in rows[1:]:
         row[8:] = [f"{int(cell) / 1000}" if cell else "" for cell in row[8:]]
     path.write_text("\n".join(map(",".join, rows)) + "\n")
@@ -168,8 +167,7 @@ def test_a_counter_that_begins_again_is_carried_on(
     path = table(tmp_path / "c.csv", "t,c", made["time"], counts)
     arguments += ["--wheel-counts", str(path), "--counts-per-metre", str(COUNTS)]
     how = "overflows" if bits else "starts again at zero"
-    said = told(tmp_path, cli, *arguments)
-    assert f"the counter of wheel 1 {how} {times} times" in said
+    assert f"the counter of wheel 1 {how} {times} times" in told(tmp_path, cli, *arguments)
     np.testing.assert_allclose(wheel_of(read(tmp_path / "out.lcmlog")), made["distance"], atol=0.01)
 
 

@@ -42,8 +42,7 @@ def test_car(shared: Path, tmp_path: Path, cli: Cli) -> None:
     names = ("accelerometer", "gyroscope", "wheel-speed", "position")
     tables = [f"--{name}={car / name.replace('-', '_')}.csv" for name in names]
     cli.json("convert", "tables", *tables, "-o", log)
-    found = cli.json("calibrate", "wheel", log, "--fit-share", "0.5")
-    (rest,) = found["rest"]
+    (rest,) = cli.json("calibrate", "wheel", log, "--fit-share", "0.5")["rest"]
     assert abs(rest["error_after_pct"]) < 0.5 < abs(rest["error_before_pct"])
 
 
@@ -194,8 +193,7 @@ def write_mala(path: Path, traces: np.ndarray, **changes: str) -> Path:
 
 
 def test_survey_lines_become_ground(tmp_path: Path, cli: Cli) -> None:
-    rng = np.random.default_rng(1)
-    lines = rng.integers(-3000, 3000, (2, 100, 64))
+    lines = np.random.default_rng(1).integers(-3000, 3000, (2, 100, 64))
     paths = [str(write_mala(tmp_path / f"l{i}.rd3", line)) for i, line in enumerate(lines)]
     out = tmp_path / "field.npz"
     arguments = ["convert", "survey", *paths, "--aside", "0.3", "--samples", "50", "-o", str(out)]

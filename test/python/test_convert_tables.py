@@ -37,8 +37,7 @@ def drive() -> dict[str, np.ndarray]:
 
 def table(path: Path, header: str, *columns: Any, mark: str = ",") -> Path:
     """A CSV of columns (n,) or (n, m); times with microseconds."""
-    rows = np.column_stack(columns)
-    lines = [mark.join(f"{value:.6f}" for value in row) for row in rows]
+    lines = [mark.join(f"{value:.6f}" for value in row) for row in np.column_stack(columns)]
     path.write_text("\n".join([*([header] if header else []), *lines]) + "\n")
     return path
 
@@ -47,8 +46,7 @@ def three(folder: Path, **changes: np.ndarray) -> list[str]:
     """Tables of one sensor each, and the arguments that convert them."""
     made = drive() | changes
     t = made["time"]
-    force = made.get("force_time", t)
-    table(folder / "a.csv", "t,x,y,z", force, made["force"])
+    table(folder / "a.csv", "t,x,y,z", made.get("force_time", t), made["force"])
     table(folder / "g.csv", "t,x,y,z", made.get("rate_time", t), made["rate"])
     table(folder / "w.csv", "t,v", made.get("speed_time", t)[::3], made["speed"][::3])
     names = (("accelerometer", "a"), ("gyroscope", "g"), ("wheel-speed", "w"))

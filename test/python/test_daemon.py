@@ -66,14 +66,12 @@ def test_a_removed_key_at_another_value_says_what_became_of_it(tmp_path: Path) -
 
 def test_the_file_for_a_robot_is_at_the_defaults() -> None:
     robot = CHECKOUT / "config" / "robot.yaml"
-    printed = gprodomd("-c", robot, "--print-config").stdout
-    assert printed == CONFIG.read_text()
+    assert gprodomd("-c", robot, "--print-config").stdout == CONFIG.read_text()
     assert "no longer" not in gprodomd("-c", robot, "--check-config").stdout
 
 
 def test_print_config_is_the_file_and_shows_overrides() -> None:
-    plain = gprodomd("--print-config")
-    assert plain.stdout == CONFIG.read_text()
+    assert gprodomd("--print-config").stdout == CONFIG.read_text()
     changed = gprodomd("--set", "wheel.scale=0.97", "--set=wheel.max_speed=2", "--print-config")
     assert "  scale: 0.97 " in changed.stdout
     assert "  max_speed: 2 " in changed.stdout

@@ -61,6 +61,5 @@ def tables_of(reports: dict[str, Report]) -> str:
 
 
 def test_a_page_without_measurements_has_no_empty_tables() -> None:
-    text = page({})
-    assert text.count("\n## ") == 1
+    assert page({}).count("\n## ") == 1
     assert with_table(f"{BEGIN} gone {END}", {}).startswith(BEGIN)

@@ -124,8 +124,7 @@ def test_each_antenna_is_judged() -> None:
     second = radar["antenna_id"] == 4
     radar["samples"] = radar["samples"].copy()
     radar["samples"][np.flatnonzero(second)[::2]] = 0
-    places = {0: (0.1, 0, 0), 4: (-0.1, 0, 0)}
-    (found,) = examine(log, ImuMounting(), BAND, places)
+    (found,) = examine(log, ImuMounting(), BAND, {0: (0.1, 0, 0), 4: (-0.1, 0, 0)})
     assert found.code == "empty" and found.what.startswith("radar, antenna 4: 50 %")
 
 

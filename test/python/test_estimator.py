@@ -26,8 +26,7 @@ def estimate(recording: Recording, until: int, overrides: list[str]) -> Any:
     """An Odometry that has seen the recording up to a time (us), and its outputs."""
     odometry = gprodom.Odometry(set=overrides)
     odometry.record()
-    outputs = odometry.run(**recording.messages(until=until))
-    return odometry, outputs
+    return odometry, odometry.run(**recording.messages(until=until))
 
 
 @pytest.fixture(scope="module", params=SEQUENCES)
@@ -85,8 +84,7 @@ def test_half_a_second_without_any_sensor_loses_no_distance() -> None:
     for begin in begins:
         end = begin + 500_000_000
         deaf = gprodom.Odometry(set=["graph.enabled=false"]).run(**without(messages, begin, end))
-        again = deaf.odometry["time"][deaf.odometry["time"] > end][0]
-        assert again - end < 1_000_000_000
+        assert deaf.odometry["time"][deaf.odometry["time"] > end][0] - end < 1_000_000_000
         way, start = [], position[np.searchsorted(time, begin)]
         for odometry in (deaf.odometry, heard):
             later = np.searchsorted(odometry["time"], end + 1_000_000_000)

@@ -76,8 +76,7 @@ def test_background_is_the_documented_mean() -> None:
 def test_time_zero_of_real_traces(line: NDArray[Any]) -> None:
     """Delays put into real traces come out again, as differences to those found without them."""
     traces = line[:, :201][gpr.check_traces(line[:, :201]) == 0][:300]
-    rng = np.random.default_rng(5)
-    put_in = rng.uniform(-2, 2, len(traces))
+    put_in = np.random.default_rng(5).uniform(-2, 2, len(traces))
     put_in[0] = 0
     frequency = np.fft.rfftfreq(201 + 55)
     spectra = np.fft.rfft(np.pad(traces, ((0, 0), (0, 55)), mode="edge"))

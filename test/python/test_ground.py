@@ -24,8 +24,7 @@ def test_fdtd_obeys_physics() -> None:
 
 @pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
 def test_scenes_repeat_and_their_lines_belong_together(path: Path) -> None:
-    scene = read_scene(path)
-    first, second = sections(scene, 1.0)
+    first, second = sections(read_scene(path), 1.0)
     eps = [np.array(s.materials)[:, 0][s.cells] for s in (first, second)]
     assert np.corrcoef(eps[0].ravel(), eps[1].ravel())[0, 1] > 0.6
 

@@ -74,8 +74,7 @@ def test_an_outside_project_finds_and_uses_the_library(
     found = re.fullmatch(rf"{told}, 0 of others\n", said)
     assert found, said
     poses, distance_m, standstills, distances = (float(value) for value in found.groups())
-    recording = read_recording(SAMPLE)
-    usual = gprodom.Odometry().run(**recording.messages()).odometry["position"]
+    usual = gprodom.Odometry().run(**read_recording(SAMPLE).messages()).odometry["position"]
     driven_m = np.linalg.norm(np.diff(usual[::20], axis=0), axis=1).sum()
     assert poses == len(usual)
     assert abs(distance_m - driven_m) < 0.05 * driven_m

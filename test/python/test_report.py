@@ -59,8 +59,7 @@ def test_troubles_at_the_same_time_last_as_long_as_one() -> None:
 
 
 def test_figures_of_the_drive(made_log: Path, cli: Cli) -> None:
-    out = made_log.with_name("figures.html")
-    facts = cli.json("report", made_log, "-o", out)
+    facts = cli.json("report", made_log, "-o", made_log.with_name("figures.html"))
     assert facts["distance_m"] == pytest.approx(along(SECONDS), abs=0.05)
     assert facts["end_m"] == pytest.approx(place(SECONDS), abs=0.1)
     # 95 % of a normal distribution in the plane lie within 2.448 standard deviations.

@@ -34,8 +34,7 @@ def walk(seed: int, n: int = 400, planar: bool = False) -> Trajectory:
 def pair(seed: int, planar: bool = False, noise: float = 0.05) -> Pairs:
     """A truth and a turned, shifted, noisy estimate of it at the same stamps."""
     truth = walk(seed, planar=planar)
-    rng = np.random.default_rng(seed + 1)
-    jitter = rng.normal(0, noise, truth.position.shape)
+    jitter = np.random.default_rng(seed + 1).normal(0, noise, truth.position.shape)
     if planar:
         jitter[:, 2] = 0
     turned = truth.transformed(rotation.yaw_matrix(2.1), np.array([3.0, -7.0, 0.0]))
@@ -142,8 +141,7 @@ def test_uncovered_truth_is_counted_and_reported(tmp_path: Path, cli: Cli) -> No
     assert figures["excluded_s"] == pytest.approx(4.0, abs=0.11)
     assert figures["excluded_m"] == pytest.approx(2.0, abs=0.06)
     assert "does not cover 2.0 m of the truth's way (40 of 201 points, 4.0 s)" in printed.err
-    nearly = truth.select(seconds >= 1.0)
-    write_tum(tmp_path / "nearly.tum", nearly)
+    write_tum(tmp_path / "nearly.tum", truth.select(seconds >= 1.0))
     printed = cli("score", tmp_path / "nearly.tum", tmp_path / "truth.tum")
     assert printed.err == ""
     assert "excluded_m (that the truth travels then)" in printed.out

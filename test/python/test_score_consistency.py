@@ -59,8 +59,7 @@ def test_correlation_follows_from_the_covariances() -> None:
     """Two shifts that add up, then one measured away: the first error is in the second, not in the
     third."""
     planar = np.array([np.diag([v, v, 1e-9]) for v in (1.0, 4.0, 0.01)])
-    C = position_covariance(np.zeros((3, 2)), planar)
-    along = C[::2, ::2]
+    along = position_covariance(np.zeros((3, 2)), planar)[::2, ::2]
     assert np.diag(along) == pytest.approx([1.0, 4.0, 0.01], rel=1e-6)
     assert along[1, 0] == pytest.approx(1.0, rel=1e-6)
     assert along[2, 0] == pytest.approx(0.01 / 4, rel=1e-3)

@@ -167,8 +167,7 @@ def test_errors_have_the_size_they_claim() -> None:
                 *(np.sqrt(1 / 200 / len(gyro)) * gyro.sum(axis=0) / 2.3e-4),
             ]
         )
-    mean_square = np.mean(np.square(ends), axis=0)
-    assert np.abs(mean_square - 1).max() < 4 * np.sqrt(2 / runs)
+    assert np.abs(np.mean(np.square(ends), axis=0) - 1).max() < 4 * np.sqrt(2 / runs)
 
 
 def test_defaults_are_those_of_the_estimator() -> None:
@@ -322,8 +321,7 @@ def test_vibration_grows_with_speed() -> None:
 
 
 def test_lever_arms() -> None:
-    drive = route("loop")
-    spec = robot(drive, None, prism=(0.3, -0.2))
+    spec = robot(route("loop"), None, prism=(0.3, -0.2))
     data = simulate(replace(spec, station=replace(spec.station, noise=0.0)), 2)
     motion = data.motion_at(data.station_utime)
     cos, sin = np.cos(motion.yaw), np.sin(motion.yaw)

@@ -39,8 +39,7 @@ def test_panel_of_the_way_tells_the_side_of_its_squares() -> None:
     for far, square in ((5.0, 1), (300.0, 20)):
         way = views(for_live(np.array([[0.0, 0.0], [far, 1.0]])))["/way"]
         assert way.name == f"The way from above: squares of {square} m"
-        spacing = way.properties["LineGrid3D"].spacing
-        assert spacing.as_arrow_array().to_pylist() == [square]
+        assert way.properties["LineGrid3D"].spacing.as_arrow_array().to_pylist() == [square]
 
 
 def test_axis_of_a_standard_deviation_has_a_figure_beside_0() -> None:

@@ -136,8 +136,7 @@ def name_sequences(
         name = sequence_name(source)
         if name in sequences:
             raise UsageError(f"{source}: a second sequence of the name {name}")
-        scene = scene_of(name)
-        interval = intervals.get(scene, intervals.get(""))
+        interval = intervals.get(scene_of(name), intervals.get(""))
         sequence = Sequence(name, source.resolve(), output / name, interval)
         if sequence.log.exists() and not sequence.log.is_symlink():
             check_output(sequence.log)  # made anew where it is old, and removed at the end

@@ -143,8 +143,7 @@ def add_parser(subjects: Subparsers) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs ``calibrate imu``."""
-    log = read_sensors(args, args.source, "imu", "wheel")
-    acceleration, gyro, rate = at_rest(log)
+    acceleration, gyro, rate = at_rest(read_sensors(args, args.source, "imu", "wheel"))
     noise = {"gyro": measure_noise(gyro, rate), "accel": measure_noise(acceleration, rate)}
     found = [item for name, each in noise.items() for item in _as_found(name, each)]
     if args.plot is not None:

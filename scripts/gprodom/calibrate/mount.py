@@ -196,8 +196,7 @@ def add_parser(subjects: Subparsers) -> None:
 def run(args: argparse.Namespace) -> int:
     """Runs ``calibrate mount``."""
     log = read_sensors(args, args.source, "imu", "wheel")
-    arm = read_lever_arm(args.configs, args.overrides, "imu.lever_arm")
-    mount = find_mount(log, arm)
+    mount = find_mount(log, read_lever_arm(args.configs, args.overrides, "imu.lever_arm"))
     value = "[" + ", ".join(f"{angle:.4f}" for angle in mount.rpy) + "]"
     sure = "+- " + ", ".join(f"{angle:.3f}" for angle in mount.sigma)
     sure += f"; {100 * mount.explained:.0f} % of the accelerations explained"

@@ -94,6 +94,5 @@ def _best_lag(told: Floats, rolled: Floats, lags: Floats) -> tuple[float, float]
     target = told - told.mean()
     rows = rolled - rolled.mean(axis=1, keepdims=True)
     energy = np.maximum(np.sum(rows**2, axis=1) * float(target @ target), 1e-12)
-    shares = (rows @ target) ** 2 / energy
-    best, share = refine(shares)
+    best, share = refine((rows @ target) ** 2 / energy)
     return float(lags[0] + best * LAG_S), share

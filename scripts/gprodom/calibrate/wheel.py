@@ -162,8 +162,7 @@ def _solve(
     start = np.array([1.0, 0.0]) if bends else np.array([1.0])
     spread = 0.05
     for _ in range(4):
-        solution = least_squares(residuals, start, loss="cauchy", f_scale=2 * spread)
-        start = solution.x
+        start = least_squares(residuals, start, loss="cauchy", f_scale=2 * spread).x
         spread = max(1.4826 * float(np.median(np.abs(residuals(start)))), 1e-5)
     return start, spread
 

@@ -159,8 +159,7 @@ def _write_recordings(args: argparse.Namespace, channels: Channels) -> int:
 
 def places_of(args: argparse.Namespace, radar: logs.Channel) -> dict[int, Place]:
     """Of the antennas in body, by the configuration as the estimator takes it."""
-    first = next(iter(counts(radar)))
-    alone = {first: read_lever_arm(args.configs, args.overrides)}
+    alone = {next(iter(counts(radar))): read_lever_arm(args.configs, args.overrides)}
     return read_antennas(args.configs, args.overrides) or alone
 
 

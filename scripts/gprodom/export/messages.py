@@ -131,8 +131,7 @@ class Messages:
                 hardware_id="",
                 values=values,
             )
-            header = self.header(status.utime, "")
-            message = self.make(array, header=header, status=[one])
+            message = self.make(array, header=self.header(status.utime, ""), status=[one])
             yield status.utime, "/diagnostics", array, message
 
     def scans(self, radar: Channel, topic: str) -> Iterator[Entry]:

@@ -47,8 +47,7 @@ def read_markers(path: Path) -> list[Marker]:
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
             rows = csv.DictReader(file, skipinitialspace=True)
-            names = tuple(rows.fieldnames or ())
-            frame = _frame(path, names)
+            frame = _frame(path, tuple(rows.fieldnames or ()))
             found = [_marker(f"{path}:{rows.line_num}", row, frame) for row in rows]
     except (UnicodeDecodeError, csv.Error) as error:
         raise Error(f"{path}: not a CSV: {error}") from None

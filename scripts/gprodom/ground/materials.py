@@ -86,8 +86,7 @@ def _related(
 
 def _field(scene: Scene, name: str, shape: tuple[int, int], lengths: tuple[float, float]) -> Floats:
     """White noise smoothed by Gaussians of the lengths (m), circularly: unit variance."""
-    white = stream(scene.seed, name).standard_normal(shape)
-    spectrum = np.fft.fft2(white)
+    spectrum = np.fft.fft2(stream(scene.seed, name).standard_normal(shape))
     for axis, length in enumerate(lengths):
         frequency = np.fft.fftfreq(shape[axis], scene.cell)
         weight = np.exp(-((np.pi * frequency * length) ** 2) / 2)

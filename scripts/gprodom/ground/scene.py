@@ -130,8 +130,7 @@ def read_mapping(path: Path) -> dict[str, Any]:
 
 def read_scene(path: Path) -> Scene:
     """The scene of a YAML file; unknown keys and wrong values are errors that name the key."""
-    content = read_mapping(path)
-    values: dict[str, Any] = {"name": path.stem, **content}
+    values: dict[str, Any] = {"name": path.stem, **read_mapping(path)}
     for key, kind in _LISTS.items():
         items = values.get(key, [])
         if not isinstance(items, list):

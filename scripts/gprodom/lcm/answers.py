@@ -80,8 +80,7 @@ def with_answers(log: Path, answers: list[Answer], channels: Channels, output: P
     for channel, stamp, data in events(log, channels.of("imu", "wheel").values()):
         found.setdefault(channel, []).append((stamp, data))
     if answers:
-        told = [(each.utime, encoded(each)) for each in answers]
-        found[channels.displacement_in] = told
+        found[channels.displacement_in] = [(each.utime, encoded(each)) for each in answers]
     streams = [
         Stream(name, np.array([stamp for stamp, _ in sent], np.int64), [data for _, data in sent])
         for name, sent in found.items()

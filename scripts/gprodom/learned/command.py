@@ -151,8 +151,7 @@ def prepare(
         for part in PARTS:
             examples = make_examples(parts[part], progress.advance)
             if part == "train":
-                driven = drive_examples(sequences, progress.advance)
-                examples = joined([examples, *driven])
+                examples = joined([examples, *drive_examples(sequences, progress.advance)])
             with replacing(folder / f"{part}.npz") as new, new.open("wb") as file:
                 np.savez(file, **examples)  # type: ignore[arg-type]
     seconds = round(time.monotonic() - started, 1)

@@ -131,8 +131,7 @@ def by_images(drive: Drive, random: np.random.RandomState) -> Examples:
 
 
 def _some(which: Bools, most: int, random: np.random.RandomState) -> np.ndarray:
-    found = np.flatnonzero(which)
-    return np.asarray(random.permutation(found)[:most])
+    return np.asarray(random.permutation(np.flatnonzero(which))[:most])
 
 
 def _images(drive: Drive) -> tuple[list[Floats], list[tuple[float, float, float, float]]]:

@@ -79,8 +79,7 @@ def run(args: argparse.Namespace) -> int:
         datum = Datum(*configured)
     antennas = read_antennas(args.configs, args.overrides, "anchor.antennas")
     path = read_estimate(args.log, channels=channels).trajectory
-    places = in_site(markers, datum)
-    found = compare(path, markers, places, antennas, args.align == "se2")
+    found = compare(path, markers, in_site(markers, datum), antennas, args.align == "se2")
     if found.uncovered:
         warn(f"not visited while there was an estimate: {', '.join(found.uncovered)}")
     if args.picture is not None:

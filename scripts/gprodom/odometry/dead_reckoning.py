@@ -38,8 +38,7 @@ def yaw_from_gyro(imu_time: Times, acceleration: Floats, gyro: Floats, still: Sp
         )
     up = acceleration[during].mean(axis=0)
     up /= np.linalg.norm(up)
-    rate = (gyro - gyro[during].mean(axis=0)) @ up
-    return integral(rate, seconds)
+    return integral((gyro - gyro[during].mean(axis=0)) @ up, seconds)
 
 
 def first_motion(wheel_time: Times, distance: Floats) -> int:
@@ -131,8 +130,7 @@ def gyro_yaw_of(log: dict[str, logs.Channel], still: Span) -> tuple[Times, Float
     if still[1] - still[0] >= MIN_STANDSTILL_S * 1e6:
         return time, yaw_from_gyro(time, acceleration, rate, still)
     up = acceleration.mean(axis=0)
-    turn = rate @ (up / np.linalg.norm(up))
-    return time, integral(turn, (time - time[:1]) * 1e-6)
+    return time, integral(rate @ (up / np.linalg.norm(up)), (time - time[:1]) * 1e-6)
 
 
 def wheel_and_gyro(log: dict[str, logs.Channel]) -> Trajectory:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gprodom.arrays import Floats
+from gprodom.arrays import Floats, sums
 from gprodom.errors import Error
 from gprodom.lcm import logs
 from gprodom.lcm.constants import kind
@@ -61,5 +61,4 @@ def reckon(log: dict[str, logs.Channel], displacements: Displacements) -> Trajec
     speed = np.interp(seconds, middle[order], (np.abs(displacements.distance) / span)[order])
     sign = np.sign(np.diff(wheel))
     step = sign * 0.5 * (speed[1:] + speed[:-1]) * np.diff(seconds)
-    distance = np.concatenate([[0.0], np.cumsum(step)])
-    return integrate(time, distance, *gyro_yaw(log))
+    return integrate(time, sums(step), *gyro_yaw(log))

@@ -56,8 +56,7 @@ def observe(shifts: Shifts, wheel_time: Ints, wheel: Floats) -> Observed:
     clock = (wheel_time - origin) * 1e-6
     turned = np.interp((shifts.end - origin) * 1e-6, clock, wheel)
     turned -= np.interp((shifts.start - origin) * 1e-6, clock, wheel)
-    signed = np.copysign(shifts.distance, turned)
-    return Observed(shifts.shift[known], signed[known])
+    return Observed(shifts.shift[known], np.copysign(shifts.distance, turned)[known])
 
 
 def pool(parts: Sequence[Observed]) -> Observed:
@@ -70,8 +69,7 @@ def pool(parts: Sequence[Observed]) -> Observed:
 
 def measure(seen: Observed) -> Observability:
     """The figures of one front end's windows."""
-    whole = np.rint(seen.shift).astype(int)
-    values, counts = np.unique(whole, return_counts=True)
+    values, counts = np.unique(np.rint(seen.shift).astype(int), return_counts=True)
     size, distance = np.abs(seen.shift), np.abs(seen.displacement)
     index = np.arange(size.size)
     k = fit_k([Shifts(index, index + 1, size, distance)]).k

@@ -84,8 +84,7 @@ def _draw_links(axis: canvas.Axes, drive: Drive) -> None:
         return
     shown = slice(None, None, 1 + len(found.end) // MOST_LINKS)
     ends = [interpolate(path, t[shown]).position[:, :2] for t in (found.start, found.end)]
-    gap = np.full(ends[0].shape, np.nan)
-    line = np.stack([*ends, gap], axis=1).reshape(-1, 2)
+    line = np.stack([*ends, np.full(ends[0].shape, np.nan)], axis=1).reshape(-1, 2)
     axis.plot(*line.T, color=PINK, lw=0.8, marker=".", ms=2.5, label="ground known again")
 
 

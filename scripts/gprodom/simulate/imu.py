@@ -12,7 +12,6 @@ from gprodom.random_streams import gauss_markov
 from gprodom.rotation import added_by_turning
 from gprodom.rotation import from_rpy as rotation_from_rpy
 from gprodom.simulate.drive import Motion
-from gprodom.simulate.terrain import draw_terrain
 
 _INSTABILITY_TIME = 100.0  # s
 _RESONANCE, _RESONANCE_WIDTH = 23.0, 6.0  # Hz, of a frame on wheels
@@ -199,3 +198,35 @@ def _orientation(yaw: Floats, rpy: tuple[float, float, float]) -> Floats:
     return np.stack(
         [cos * w - sin * z, cos * x - sin * y, cos * y + sin * x, cos * z + sin * w], axis=1
     )
+
+
+# rad/m, by the lengths (m) of the ground's waves; shorter ones the wheelbase evens out.
+_WAVES = 2 * np.pi / np.array([0.9, 1.7, 3.1, 5.9])
+
+
+@dataclass(frozen=True)
+class Terrain:
+    """Waves of equal share and random phase, which give `rms` (rad) of roll and of pitch."""
+
+    rms: float
+    phases: Floats  # (2, waves)
+
+    def tilt(self, travelled: Floats) -> Floats:
+        """Roll and pitch (n, 2), rad."""
+        return np.asarray(self._share * np.sin(self._angles(travelled)).sum(axis=2))
+
+    def rate(self, travelled: Floats) -> Floats:
+        """Derivative of `tilt` (n, 2), rad/m."""
+        return np.asarray(self._share * (_WAVES * np.cos(self._angles(travelled))).sum(axis=2))
+
+    @property
+    def _share(self) -> float:
+        return float(self.rms * np.sqrt(2 / len(_WAVES)))
+
+    def _angles(self, travelled: Floats) -> Floats:
+        return np.asarray(travelled[:, None, None] * _WAVES + self.phases)
+
+
+def draw_terrain(rms: float, random: np.random.RandomState) -> Terrain:
+    """Ground of that tilt."""
+    return Terrain(rms, random.uniform(0, 2 * np.pi, (2, len(_WAVES))))

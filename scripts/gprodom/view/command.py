@@ -111,8 +111,7 @@ def write(args: argparse.Namespace, channels: Channels, path: Path) -> None:
     stream.save(path)
     recorder = Recorder(stream)
     columns = log_drive(recorder, drive, read_mounting(args.configs, args.overrides))
-    ground = _earlier_ground(args, recorder)
-    stream.send_blueprint(for_drive(drive, ground, columns))
+    stream.send_blueprint(for_drive(drive, _earlier_ground(args, recorder), columns))
     stream.flush()
     stream.disconnect()
 
@@ -157,10 +156,8 @@ def _live(args: argparse.Namespace, channels: Channels, environment: dict[str, s
         there = LOCAL if args.address in ("0.0.0.0", "::") else args.address
         stream.connect_grpc(f"rerun+http://{there}:{port}/proxy")
     recorder = Recorder(stream)
-    ground = _earlier_ground(args, recorder)
-    stream.send_blueprint(for_live(ground))
-    mounting = read_mounting(args.configs, args.overrides)
-    live = Live(recorder, channels.of(*ROLES), mounting)
+    stream.send_blueprint(for_live(_earlier_ground(args, recorder)))
+    live = Live(recorder, channels.of(*ROLES), read_mounting(args.configs, args.overrides))
     live.subscribe(lcm)
     try:
         with interruptions() as interrupted:

@@ -85,8 +85,7 @@ class Live:
     def subscribe(self, lcm: LCM) -> None:
         """To the channels that are drawn, and no others: they cost processor time."""
         for name in self._roles:
-            subscription = lcm.subscribe(name, self.take)
-            subscription.set_queue_capacity(1000)
+            lcm.subscribe(name, self.take).set_queue_capacity(1000)
 
     def take(self, channel: str, data: bytes) -> None:
         """Keeps a message, or not."""

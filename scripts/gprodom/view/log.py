@@ -67,8 +67,7 @@ def _log_speeds(recorder: Recorder, drive: Drive) -> None:
         rows = _every(wheel[0], CURVE_US)
         recorder.scalars("/speed/wheel", wheel[0][rows], wheel[1][rows])
     if "displacement" in drive.log:
-        content = drive.log["displacement"]
-        recorder.scalars("/speed/radar", *radar_speed(content))
+        recorder.scalars("/speed/radar", *radar_speed(drive.log["displacement"]))
 
 
 def _every(utime: Ints, period_us: int) -> Ints:
@@ -117,8 +116,7 @@ def _log_ground(recorder: Recorder, drive: Drive) -> float:
         image = along_way(radar, odometry["utime"], driven, WAY_COLUMNS)
     except Error:
         return 0.0
-    spacing = image.length_m / WAY_COLUMNS
-    way = AlongWay(recorder, spacing)
+    way = AlongWay(recorder, image.length_m / WAY_COLUMNS)
     way.whole(as_bytes(image.echoes))
     way.depth_labels(image.span_ns)
     way.metres(image.length_m)

@@ -92,8 +92,7 @@ class Recorder:
         self.stream = stream
         self._states: dict[str, str] = {}
         self._styles()
-        legend = self._rr.TextDocument(LEGEND, media_type="text/markdown")
-        self.static("/legend", legend)
+        self.static("/legend", self._rr.TextDocument(LEGEND, media_type="text/markdown"))
 
     def _styles(self) -> None:
         """What does not change with time."""
