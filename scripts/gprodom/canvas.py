@@ -3,6 +3,7 @@
 import base64
 import html
 import io
+import re
 from collections.abc import Sequence
 from math import floor, log10
 from pathlib import Path
@@ -33,6 +34,11 @@ DASHES: tuple[Any, ...] = (
     (0, (3, 1, 1, 1, 1, 1)),
 )
 MARKERS = ("o", "s", "^", "D", "v", "x", "P")
+
+# matplotlib's black is the page's ink, and the grid's grey the page's faint lines, light or dark.
+INK, GRID = "#000000", "#e6e6e6"
+POINTS_A_PIXEL = 0.75  # CSS has 96 pixels to the inch, SVG of matplotlib 72 points
+_USED = re.compile(r'(?:xlink:href="#|href="#|url\(#)([^")]+)')
 
 
 def grid_square(extent_m: float) -> float:
@@ -243,3 +249,34 @@ def page(title: str, parts: Sequence[str], style: str = "") -> str:
         f"<title>{safe}</title>\n<style>{STYLE}{style}</style></head>\n"
         f"<body>\n<h1>{safe}</h1>\n{content}\n</body>\n</html>\n"
     )
+
+
+def svg(figure: Figure, name: str, label: str) -> str:
+    """The figure as an element of HTML: sharp on every screen and on paper, in the page's colours.
+
+    name: begins its identifiers, and is like no other figure's of the page. label: what it shows,
+    for those who do not see it.
+    """
+    from matplotlib import rc_context
+
+    buffer = io.StringIO()
+    none = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+    with rc_context({"svg.hashsalt": name, "svg.fonttype": "path", "path.simplify": True}):
+        figure.savefig(buffer, format="svg", transparent=True, metadata=none)
+    text = buffer.getvalue()
+    text = text[text.index("<svg") :]
+    used = set(_USED.findall(text))
+    text = re.sub(r' id="([^"]+)"', lambda m: f' id="{name}-{m[1]}"' if m[1] in used else "", text)
+    text = re.sub(r'(href="#|url\(#)', rf"\1{name}-", text).replace("xlink:href", "href")
+    text = text.replace(INK, "currentColor").replace(GRID, "var(--faint)")
+    text = re.sub(r"<path(?![^>]*\sd=)", '<path d=""', text)  # a space draws nothing
+    # Groups that draw nothing, comments, and what XML alone needs.
+    text = re.sub(r"<!--.*?-->|<metadata>.*?</metadata>", "", text, flags=re.S)
+    text = re.sub(r' xmlns(?::\w+)?="[^"]*"', "", text)
+    width, height = (float(each) for each in re.findall(r'viewBox="0 0 (\S+) (\S+)"', text)[0])
+    head = (
+        f'<svg class="figure" role="img" aria-label="{html.escape(label)}" '
+        f'viewBox="0 0 {width:g} {height:g}" width="{width / POINTS_A_PIXEL:.0f}" '
+        f'height="{height / POINTS_A_PIXEL:.0f}">'
+    )
+    return head + re.sub(r"^<svg[^>]*>", "", text).strip()

@@ -8,14 +8,16 @@ import numpy as np
 
 from gprodom.arrays import Floats
 
+Random = np.random.RandomState
 
-def stream(seed: int, name: str) -> np.random.RandomState:
+
+def stream(seed: int, name: str) -> Random:
     """The stream of `seed` (0 or more) for the part called `name`."""
     entropy = [seed, *name.encode()]
-    return np.random.RandomState(np.random.MT19937(np.random.SeedSequence(entropy)))
+    return Random(np.random.MT19937(np.random.SeedSequence(entropy)))
 
 
-def gauss_markov(shape: tuple[int, ...], kept: float, random: np.random.RandomState) -> Floats:
+def gauss_markov(shape: tuple[int, ...], kept: float, random: Random) -> Floats:
     """Of unit variance; `kept`: the part of each row that is in the next one as well."""
     from scipy.signal import lfilter
 

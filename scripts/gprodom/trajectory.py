@@ -34,10 +34,9 @@ class Trajectory:
     def __len__(self) -> int:
         return int(self.time.size)
 
-    def seconds(self, origin: int | None = None) -> Floats:
-        """Times (n,) in seconds after `origin` (microseconds; the first pose by default)."""
-        start = int(self.time[0]) if origin is None else origin
-        return np.asarray(self.time - start, dtype=float) * 1e-6
+    def seconds(self) -> Floats:
+        """Times (n,) in seconds after the first pose."""
+        return np.asarray(self.time - self.time[0], dtype=float) * 1e-6
 
     def select(self, index: Bools | Ints) -> Trajectory:
         """The poses that `index` (mask or indices) picks."""

@@ -24,7 +24,7 @@ from gprodom.simulate import make_route, simulate, stream
 from gprodom.simulate.ground import GroundSpec
 from gprodom.simulate.recording import as_recording
 from gprodom.simulate.robot import robot
-from test_calibrate_antennas import drive_of_two
+from test_calibrate import drive_of_two
 from test_export import INTERVAL, START, export, orientation, position
 from test_export import log as log
 

@@ -8,7 +8,8 @@ import pytest
 
 from gprodom.errors import Error
 from gprodom.lcm import logs, wire
-from gprodom.lcm.messages import message
+from gprodom.lcm.constants import constants, flag, flag_bits, health, kind
+from gprodom.lcm.messages import fingerprint, message
 from packets import packet, status, write_events
 
 BOOLEANS = ("has_orientation", "valid", "mirrored", "has_heading")
@@ -17,15 +18,15 @@ BOOLEANS = ("has_orientation", "valid", "mirrored", "has_heading")
 def fill(name: str, generator: np.random.Generator, length: int) -> Any:
     """A message of type `name` with random content; strings and arrays as long as `length`."""
     result = message(name)()
-    for field, kind, shape in wire.LAYOUTS[name]:
-        if kind == "":
+    for field, element, shape in wire.LAYOUTS[name]:
+        if element == "":
             value: Any = "ödometry"[:length]
         elif field in BOOLEANS:
             value = bool(generator.integers(2))
         elif isinstance(shape, str):
             value = generator.integers(-(2**31), 2**31, length).tolist()
             setattr(result, shape, length)
-        elif kind == ">f8":
+        elif element == ">f8":
             value = generator.normal(size=shape).tolist() if shape else generator.normal()
         else:
             value = int(generator.integers(-100, 100))
@@ -90,3 +91,39 @@ def test_damaged_logs_are_named(tmp_path: Path) -> None:
     write_events(tmp_path / "log", [(1, "IMU", packet("imu_t")[:-1])])
     with pytest.raises(Error, match="channel IMU: message 0 has 96 bytes, as no imu_t can"):
         logs.read(tmp_path / "log")
+
+
+# Flags and kinds have the numbers of the message types, and one name each in all commands.
+
+
+# Fingerprints of the released types. Constants and comments do not change them. A changed field
+# would make older logs unreadable, so it needs a new type.
+FINGERPRINTS = {
+    "gpr_trace_t": "49e526d0b0c7b2c9",
+    "imu_t": "0a170b716bb0a149",
+    "wheel_t": "679ea99815b041e2",
+    "wheels_t": "4d0f4d39e0feb30d",
+    "displacement_t": "f888749f9d266787",
+    "odometry_t": "abbdede81f929f4d",
+    "correction_t": "a359df710ec0655d",
+    "sfm_t": "cd0519d87babcb41",
+    "status_t": "9273f74c71f3eb9b",
+    "position_truth_t": "0a7e47c86cccfbab",
+    "command_t": "8a8691b212605be7",
+    "position_fix_t": "d2ba87590c33a909",
+}
+
+
+def test_released_types_keep_their_fingerprints() -> None:
+    assert {name: fingerprint(name).hex() for name in FINGERPRINTS} == FINGERPRINTS
+
+
+def test_every_flag_of_the_type_has_a_name() -> None:
+    bits = set(flag_bits().values())
+    assert bits == set(constants("odometry_t").values()) == {1 << i for i in range(11)}
+    assert flag("SLIPPING") == message("odometry_t").SLIPPING
+
+
+def test_kinds_and_health_are_those_of_the_types() -> None:
+    assert [kind(name) for name in ("SEQUENTIAL", "MOTION", "REVISIT", "EXTERNAL")] == [0, 1, 2, 3]
+    assert [health(value) for value in range(3)] == ["ok", "degraded", "failed"]

@@ -1,15 +1,20 @@
 """The pose in map on simulated drives over ground seen again; statistics: bench/map_coverage.py."""
 
+import random
 import shutil
+import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import power_cuts
 import pytest
 
 import gprodom
+from conftest import in_own_network, run_bench
 from gprodom.benchmark.monte_carlo import estimate_told
 from gprodom.simulate.drives import drive_on_known_ground, wrong_revisits
+from gprodom.simulate.recording import as_recording
 from known_drives import drive
 
 pytestmark = pytest.mark.usefixtures("compiled")
@@ -168,3 +173,94 @@ def test_read_only_writes_no_ground(known: Path, tmp_path: Path) -> None:
     assert (tmp_path / "ground.map").read_bytes() == known.read_bytes()
     assert not (tmp_path / "other.map").exists()
     assert (tmp_path / "pose.state").exists()  # the rest is kept as ever
+
+
+# A located track that drives too far without a revisit: STATUS says that it is lost.
+
+
+def test_lost_without_known_ground_and_found_again(tmp_path: Path) -> None:
+    run = drive_on_known_ground(0)
+    path = str(tmp_path / "ground.map")
+    first = gprodom.Odometry()
+    drive(first, run)
+    first.save_map(path)
+
+    # Sensors that are said to be poor, and no radar in the middle of the drive.
+    estimator = gprodom.Odometry(set=["wheel.noise=0.8", "imu.accel_noise_density=0.1"])
+    estimator.load_map(path)
+    told = as_recording(run).messages()
+    time = told["gpr_time"]
+    begin, end = (int(np.quantile(time, share)) for share in (0.5, 0.75))
+    kept = (time < begin) | (time > end)
+    told["gpr_time"], told["traces"] = time[kept], told["traces"][kept]
+    outputs = estimator.run(**told)
+
+    status = [
+        (one["time"] / 1e9, one["values"].get("map.located"), "; ".join(one["reasons"]))
+        for one in outputs.status
+    ]
+    before = [one for one in status if one[0] < begin / 1e9]
+    between = [one for one in status if begin / 1e9 <= one[0] < end / 1e9]
+    assert before[-1][1] == 1.0
+    assert not any("lost: no known" in said for *_, said in before)
+    # Not at once, and from then on until there is ground again.
+    assert between[0][1] == 1.0 and between[-1][1] == 0.0
+    for _, located, said in between:
+        assert ("lost: no known ground" in said) == (located == 0.0)
+    assert status[-1][1] == 1.0 and "lost" not in status[-1][2]
+
+
+# A map outlasts a killed process, a full disk, a radar set otherwise and a power cut: some random
+# moments of bench/map_faults.py, and what its power cuts leave of simple files.
+
+
+@pytest.mark.usefixtures("compiled")
+def test_the_map_is_there_after_faults_at_random_moments() -> None:
+    found = run_bench("map_faults.py", "--moments", 5)["faults"]
+    assert [each["fault"] for each in found] == ["kill", "disk", "format", "cut"]
+    assert all(each["kept"] == 5 for each in found)
+
+
+def test_the_map_is_there_after_reloads_at_random_moments() -> None:
+    in_own_network()  # else it is skipped
+    (found,) = run_bench("map_restarts.py", "--moments", 5)["faults"]
+    assert found["kept"] == 5, found["lost"]
+
+
+WRITER = """
+import os, sys
+folder, way = sys.argv[1:]
+def put(name, data, sync):
+    file = os.open(f"{folder}/{name}", os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o644)
+    os.write(file, data)
+    if sync:
+        os.fsync(file)
+    os.close(file)
+if way == "in place":
+    put("a", b"new" * 100, True)
+else:
+    put("b", b"new" * 100, way == "synchronised")
+    os.rename(f"{folder}/b", f"{folder}/a")
+    file = os.open(folder, os.O_RDONLY)
+    os.fsync(file)
+"""
+
+
+@pytest.mark.parametrize("way", ["in place", "renamed", "synchronised"])
+def test_power_cuts_find_files_that_are_not_written_safely(tmp_path: Path, way: str) -> None:
+    """The old file or the new one is there at each moment where it is synchronised and renamed; the
+    other ways lose both at some moment, and that is seen."""
+    folder = tmp_path / "files"
+    folder.mkdir()
+    (folder / "a").write_bytes(b"old")
+    writer = [sys.executable, "-c", WRITER, str(folder), way]
+    calls = power_cuts.record(writer, folder, tmp_path / "calls")
+    chance = random.Random(1)
+    left = {
+        power_cuts.cut({"a": b"old"}, calls, at, folder, chance).get("a")
+        for at in range(len(calls) + 1)
+        for _ in range(20)
+    }
+    whole = {b"old", b"new" * 100}
+    assert b"old" in left
+    assert left == whole if way == "synchronised" else left - whole

@@ -1,6 +1,7 @@
 """What `import gprodom` shows to somebody who explores it: names, texts of objects, its page."""
 
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -53,3 +54,13 @@ def test_the_page_tells_of_every_member() -> None:
         assert f"`{name}(" in page, f"docs/python.md does not tell of Odometry.{name}()"
     # What one is to plot has the corrections.
     assert 'outputs.odometry_map["position"]' in tutorial and "outputs.corrections" in tutorial
+
+
+# The types kept of the compiled module are those of the module as it is built.
+
+
+@pytest.mark.usefixtures("compiled")
+def test_types_of_the_compiled_module_are_true(tmp_path: Path) -> None:
+    kept, fresh = CHECKOUT / "scripts" / "gprodom" / "_core.pyi", tmp_path / "_core.pyi"
+    run_program(CHECKOUT / "scripts" / "stubs", fresh, PYTHON=sys.executable)
+    assert fresh.read_text() == kept.read_text(), "run scripts/stubs and look at what has changed"

@@ -1,8 +1,12 @@
 """The NEES of a score: 2 for errors drawn from the covariance, more if it is too small."""
 
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+
 import numpy as np
 import pytest
 
+from gprodom.benchmark.monte_carlo import end_of_drive, judge
 from gprodom.score.associate import Pairs
 from gprodom.score.consistency import TruthError, nees_xy, position_covariance
 from gprodom.trajectory import Trajectory
@@ -69,3 +73,18 @@ def test_a_truth_without_motion_gives_no_nees() -> None:
     pairs = drive(np.random.default_rng(1))
     still = Trajectory(pairs.truth.time, np.zeros((N, 3)))
     assert nees_xy(Pairs(pairs.estimate, still, 0), TruthError()) is None
+
+
+# The estimator's covariance over 40 simulated drives; bench/consistency.py runs more.
+#
+# The wheels of these drives never slip for long, and the configuration says so: otherwise the
+# variance for slip would be far larger than their error.
+
+
+@pytest.mark.usefixtures("compiled")
+def test_covariance_is_true() -> None:
+    with ProcessPoolExecutor(2) as pool:
+        ends = list(pool.map(partial(end_of_drive, overrides=["wheel.slip_share=0"]), range(40)))
+    for nees, freedom in (([end.nees_xy for end in ends], 2), ([end.nees_yaw for end in ends], 1)):
+        judged = judge(nees, freedom)
+        assert judged["inside"], {**judged, "errors": [end.error for end in ends]}

@@ -94,7 +94,7 @@ def measure_noise(values: Floats, rate: float) -> Noise:
     )
 
 
-def at_rest(log: dict[str, logs.Channel]) -> tuple[Floats, Floats, float]:
+def at_rest(log: logs.Log) -> tuple[Floats, Floats, float]:
     """Acceleration and angular rate (n, 3) at rest, and their rate (Hz)."""
     imu = logs.need(log, "imu")
     time = imu["utime"]

@@ -59,7 +59,7 @@ class Mount:
     explained: float
 
 
-def find_mount(log: dict[str, logs.Channel], arm: tuple[float, ...] = (0.0, 0.0, 0.0)) -> Mount:
+def find_mount(log: logs.Log, arm: tuple[float, ...] = (0.0, 0.0, 0.0)) -> Mount:
     """Of a drive's log. arm: imu.lever_arm, m. What turning adds at the IMU looks like another yaw,
     and with a wrong yaw it is taken out wrongly. So both are corrected alternately."""
     if not any(arm):
@@ -74,7 +74,7 @@ def find_mount(log: dict[str, logs.Channel], arm: tuple[float, ...] = (0.0, 0.0,
     raise Error("the IMU's place hides its yaw: give a drive with more starts and stops")
 
 
-def _find(log: dict[str, logs.Channel]) -> Mount:
+def _find(log: logs.Log) -> Mount:
     windows = windows_of(log, WINDOW_S, 0.0)
     moving = np.abs(windows[:, 6]) > STILL_MPS
     if moving.sum() * WINDOW_S < MIN_S:
@@ -110,7 +110,7 @@ def _mount(windows: Floats) -> Mount:
     return Mount(whole, (roll, pitch, sigma[2]), found.explained)
 
 
-def windows_of(log: dict[str, logs.Channel], window_s: float, late_s: float) -> Floats:
+def windows_of(log: logs.Log, window_s: float, late_s: float) -> Floats:
     """Means over windows (n, 8): force (3), rate (3), wheel speed, its change per second. late_s:
     of the wheel."""
     wheel_time, distance = wheel_distance(log)

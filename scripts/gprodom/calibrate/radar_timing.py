@@ -14,7 +14,7 @@ MAX_GAP = 3.0  # usual intervals between traces; a longer one is left out
 QUIET = 10  # percentile of the changes between traces that is their noise
 
 
-def find_radar_offset(log: dict[str, logs.Channel]) -> Offset:
+def find_radar_offset(log: logs.Log) -> Offset:
     """The offset to be added to the stamps of the traces so that they agree with the wheel's.
 
     Let q be the energy of the difference of two neighbouring traces over their own energy, without

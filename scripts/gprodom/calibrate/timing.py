@@ -40,7 +40,7 @@ the recording. With --antenna that one alone is, and gpr.time_offset is that of 
 """
 
 
-def find_offset(log: dict[str, logs.Channel]) -> Offset:
+def find_offset(log: logs.Log) -> Offset:
     """Of a drive's log."""
     wheel, force = _accelerations(log)
     whole, explained = _best_lag(wheel, force)
@@ -57,7 +57,7 @@ def find_offset(log: dict[str, logs.Channel]) -> Offset:
     return Offset(-whole, max(spread(parts, whole), GRID_S / 10), explained)
 
 
-def _accelerations(log: dict[str, logs.Channel]) -> tuple[Floats, Floats]:
+def _accelerations(log: logs.Log) -> tuple[Floats, Floats]:
     """The wheel's (n,) and the accelerometer's (n, 3), m/s^2, on one grid, smoothed alike."""
     from scipy.signal import savgol_filter
 
@@ -123,9 +123,7 @@ def _apart(args: argparse.Namespace, radar: logs.Channel) -> dict[int, logs.Chan
     return {each: heard[each] for each in heard if each in placed} or heard
 
 
-def _radar_offsets(
-    log: dict[str, logs.Channel], antennas: dict[int, logs.Channel]
-) -> dict[int, Offset]:
+def _radar_offsets(log: logs.Log, antennas: dict[int, logs.Channel]) -> dict[int, Offset]:
     """By antenna_id; without one whose traces show none, which is told."""
     offsets = {}
     for antenna, traces in antennas.items():

@@ -80,7 +80,7 @@ class Check:
 
 
 def make_windows(
-    log: dict[str, logs.Channel], truth: Trajectory, share: tuple[float, float] = (0.0, 1.0)
+    log: logs.Log, truth: Trajectory, share: tuple[float, float] = (0.0, 1.0)
 ) -> list[Window]:
     """Windows of a recording between two shares of its time in which the robot moves."""
     wheel_time, distance = wheel_distance(log)
@@ -180,9 +180,7 @@ def _misfit(window: Window, inverse: float, lever: float, prism: tuple[float, fl
     return np.asarray((source @ placed.matrix.T + placed.translation - target)[:, :2].ravel())
 
 
-def check_rest(
-    log: dict[str, logs.Channel], truth: Trajectory, share: float, scale: float
-) -> Check:
+def check_rest(log: logs.Log, truth: Trajectory, share: float, scale: float) -> Check:
     """Checks the distance of the rest of the recording, after the first `share`."""
     time, distance = wheel_distance(log)
     first = truth.time[0] + int(share * (truth.time[-1] - truth.time[0]))

@@ -120,7 +120,7 @@ def run(args: argparse.Namespace) -> int:
 def _record(args: argparse.Namespace, channels: Channels) -> Path:
     """The recording of a guided drive."""
     from gprodom.commission.live import record
-    from gprodom.lcm.connect import connect
+    from gprodom.lcm import connect
 
     at_terminal = sys.stderr.isatty()
 

@@ -11,7 +11,7 @@ from gprodom.lcm import logs
 # recording are wrong by chance once in 10^5 recordings.
 SIGMAS = 5.0
 
-Log = dict[str, logs.Channel]  # by role: imu, wheel, wheels, gpr_trace
+Log = logs.Log  # by role: imu, wheel, wheels, gpr_trace
 
 NAMES = {"imu": "IMU", "wheel": "wheel", "wheels": "wheels", "gpr_trace": "radar"}
 

@@ -36,8 +36,8 @@ class Drive:
     """
 
     name: str
-    log: dict[str, logs.Channel]
-    sensors: dict[str, logs.Channel]
+    log: logs.Log
+    sensors: logs.Log
     truth: Trajectory | None = None
 
     @cached_property

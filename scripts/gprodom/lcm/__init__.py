@@ -26,4 +26,16 @@ else:
 
 DEFAULT_URL = "udpm://239.255.76.67:7667?ttl=0"  # nothing leaves the machine
 
-__all__ = ["DEFAULT_URL", "LCM", "SOURCE", "Event", "EventLog", "LCMSubscription"]
+
+def connect(url: str) -> LCM:
+    """To the network that `url` names, or what to do about it."""
+    try:
+        return LCM(url)
+    except RuntimeError:
+        raise Error(
+            f"LCM URL {url}: cannot be used; is there a route for multicast "
+            "(ip route add 224.0.0.0/4 dev lo)?"
+        ) from None
+
+
+__all__ = ["DEFAULT_URL", "LCM", "SOURCE", "Event", "EventLog", "LCMSubscription", "connect"]

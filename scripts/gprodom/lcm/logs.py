@@ -19,13 +19,14 @@ from gprodom.lcm.messages import by_fingerprint, message
 # What a type's messages are read as: arrays by field; "type" is the type's name, "log_utime" (n,)
 # the log's own stamps.
 Channel = dict[str, Any]
+Log = dict[str, Channel]  # by the channel's name, or by its role
 
 
 def read(
     path: str | PathLike[str],
     channels: Collection[str] | None = None,
     every_us: Mapping[str, int] | None = None,
-) -> dict[str, Channel]:
+) -> Log:
     """The messages of a log by channel and field; only `channels` where given.
 
     ``read(path)["IMU"]["angular_velocity"]`` is (n, 3). Times (``utime``) are int64 microseconds.
@@ -45,7 +46,7 @@ def read(
     if not payloads and channels is None and Path(path).stat().st_size > 0:
         raise Error(f"{path}: expected an LCM log, found no event in it")
     known = by_fingerprint()
-    result: dict[str, Channel] = {}
+    result: Log = {}
     for channel, messages in payloads.items():
         kinds = Counter(data[:8] for data in messages if data[:8] in known)
         if not kinds:
@@ -65,7 +66,7 @@ def read(
 
 def read_roles(
     path: str | PathLike[str], names: Mapping[str, str], every_us: Mapping[str, int] | None = None
-) -> dict[str, Channel]:
+) -> Log:
     """As `read`, of the channels `names`, which gives each one's name by its role; by role.
 
     every_us: by role.
@@ -75,7 +76,7 @@ def read_roles(
     return {role: found[name] for role, name in names.items() if name in found}
 
 
-def need(log: Mapping[str, Channel], role: str) -> Channel:
+def need(log: Log, role: str) -> Channel:
     """The channel of that role of a log read by `read_roles`."""
     if role not in log:
         raise Error(

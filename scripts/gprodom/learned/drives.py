@@ -12,7 +12,7 @@ from gprodom.convert.cmu import read_recording
 from gprodom.errors import Error
 from gprodom.learned.examples import REACH, Examples, joined
 from gprodom.learned.windows import COLUMN, LENGTH, MOST_STEP, WINDOW, image, step_at, to_rows
-from gprodom.random_streams import stream
+from gprodom.random_streams import Random, stream
 
 THINNED = (1, 2, 4)  # all traces, every second, every fourth: trace rates apart from the speed
 # s, standard deviation of the kernel over the truth's positions; a longer one rounds off reversals.
@@ -72,7 +72,7 @@ def read_drive(sequence: Path) -> Drive:
     )
 
 
-def by_windows(drive: Drive, random: np.random.RandomState) -> list[Examples]:
+def by_windows(drive: Drive, random: Random) -> list[Examples]:
     """Two consecutive windows and the mean way from trace to trace, at each of the rates."""
     made = []
     for every in THINNED:
@@ -101,7 +101,7 @@ def by_windows(drive: Drive, random: np.random.RandomState) -> list[Examples]:
     return made
 
 
-def by_images(drive: Drive, random: np.random.RandomState) -> Examples:
+def by_images(drive: Drive, random: Random) -> Examples:
     """Pairs of images of different passes, where the truth puts the second one from the first, and
     whether both show the same ground; both run as the first one was driven."""
     pictures, places = _images(drive)
@@ -130,7 +130,7 @@ def by_images(drive: Drive, random: np.random.RandomState) -> Examples:
     }
 
 
-def _some(which: Bools, most: int, random: np.random.RandomState) -> np.ndarray:
+def _some(which: Bools, most: int, random: Random) -> np.ndarray:
     return np.asarray(random.permutation(np.flatnonzero(which))[:most])
 
 

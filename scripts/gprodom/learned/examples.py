@@ -8,7 +8,7 @@ from gprodom.arrays import Floats
 from gprodom.learned import windows
 from gprodom.learned.grounds import Line, draw_any_radar, draw_rate, draw_speed, make_line, receive
 from gprodom.learned.windows import WINDOW, image, to_rows
-from gprodom.random_streams import stream
+from gprodom.random_streams import Random, stream
 
 PASSES = 32  # over each ground
 STEPS = 12  # examples of a pass by windows
@@ -39,7 +39,7 @@ def joined(parts: list[Examples]) -> Examples:
     return {name: np.concatenate([x[name] for x in parts if name in x]) for name in names}
 
 
-def _by_windows(line: Line, random: np.random.RandomState) -> Examples:
+def _by_windows(line: Line, random: Random) -> Examples:
     """Two consecutive windows, and the mean way from trace to trace between their ends (m)."""
     rate = draw_rate(random)
     # A pass at the driver's rate, or at a step that the rule would not give: counts say nothing.
@@ -63,7 +63,7 @@ def _by_windows(line: Line, random: np.random.RandomState) -> Examples:
     }
 
 
-def _by_images(line: Line, random: np.random.RandomState) -> Examples:
+def _by_images(line: Line, random: Random) -> Examples:
     """Images of two passes, both laid along the first one's direction; where the second one lies
     from the first (m) and whether on the same ground (1) or not (0)."""
     scale = 1 + _SCALE * random.standard_normal()
@@ -90,16 +90,14 @@ def _by_images(line: Line, random: np.random.RandomState) -> Examples:
     }
 
 
-def _elsewhere(here: float, room: float, random: np.random.RandomState) -> float:
+def _elsewhere(here: float, room: float, random: Random) -> float:
     while True:
         there = random.uniform(REACH, room)
         if abs(there - here) > windows.LENGTH:
             return float(there)
 
 
-def _pass(
-    line: Line, random: np.random.RandomState, scale: float, on: int
-) -> tuple[Floats, Floats]:
+def _pass(line: Line, random: Random, scale: float, on: int) -> tuple[Floats, Floats]:
     """Rows of a pass over the whole ground, and their places as the track has them (m)."""
     rate, speed = draw_rate(random), draw_speed(random)
     spacing = min(speed / rate, 0.06)  # wider ones show no image

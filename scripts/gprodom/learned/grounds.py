@@ -15,7 +15,7 @@ import numpy as np
 
 from gprodom.arrays import Floats, Ints
 from gprodom.ground.survey import find_survey, shipped
-from gprodom.random_streams import stream
+from gprodom.random_streams import Random, stream
 from gprodom.simulate import radar
 from gprodom.simulate.ground import Ground, GroundSpec
 from gprodom.simulate.radar import RadarSpec
@@ -36,7 +36,7 @@ def seeds(part: str, share: float = 1.0) -> list[int]:
     return list(range(split[part]["first"], split[part]["first"] + count))
 
 
-def draw_ground(random: np.random.RandomState) -> GroundSpec:
+def draw_ground(random: Random) -> GroundSpec:
     """Ground of any kind."""
     depths = np.sort(random.uniform(0.2, 1.6, int(random.randint(0, 4))))
     return GroundSpec(
@@ -52,7 +52,7 @@ def draw_ground(random: np.random.RandomState) -> GroundSpec:
     )
 
 
-def draw_radar(random: np.random.RandomState) -> RadarSpec:
+def draw_radar(random: Random) -> RadarSpec:
     """Errors of a radar, from hardly any to bad ones."""
     return RadarSpec(
         noise=_log_uniform(random, 4.0, 60.0),
@@ -63,7 +63,7 @@ def draw_radar(random: np.random.RandomState) -> RadarSpec:
     )
 
 
-def draw_any_radar(random: np.random.RandomState) -> RadarSpec:
+def draw_any_radar(random: Random) -> RadarSpec:
     """The same, and worse ones, whose traces differ where the antenna rests: a network that has not
     seen that takes it for slowness."""
     return replace(
@@ -74,16 +74,16 @@ def draw_any_radar(random: np.random.RandomState) -> RadarSpec:
     )
 
 
-def _log_uniform(random: np.random.RandomState, low: float, high: float) -> float:
+def _log_uniform(random: Random, low: float, high: float) -> float:
     return math.exp(random.uniform(math.log(low), math.log(high)))
 
 
-def draw_speed(random: np.random.RandomState) -> float:
+def draw_speed(random: Random) -> float:
     """m/s, drawn without regard to the rate of the traces."""
     return _log_uniform(random, 0.08, 1.2)
 
 
-def draw_rate(random: np.random.RandomState) -> float:
+def draw_rate(random: Random) -> float:
     """Traces per second, drawn without regard to the speed."""
     return _log_uniform(random, 5.0, 40.0)
 
@@ -123,7 +123,7 @@ def make_line(seed: int, kept: str = "") -> Line:
     return Line(np.array(lines, np.float32), spec.sample_interval, beside)
 
 
-def _stretched(kept: str, random: np.random.RandomState) -> Line:
+def _stretched(kept: str, random: Random) -> Line:
     """An FDTD line with all lengths and times multiplied by one number, which is again a solution
     of Maxwell's equations with less or more loss; begun anywhere, of either sign, louder or not."""
     survey = find_survey(kept)
@@ -140,9 +140,9 @@ def receive(
     line: Line,
     along: Floats,
     rate: float,
-    random: np.random.RandomState,
+    random: Random,
     on: int = 0,
-    draw: Callable[[np.random.RandomState], RadarSpec] = draw_radar,
+    draw: Callable[[Random], RadarSpec] = draw_radar,
 ) -> Ints:
     """Traces as a radar gives them, counts, of a pass over the places `along` (m)."""
     spec = replace(draw(random), rate=rate)

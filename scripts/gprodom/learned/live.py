@@ -100,11 +100,11 @@ class Inference:
 def run(args: argparse.Namespace) -> int:
     """Runs the subcommand."""
     from gprodom.config import read_channels
-    from gprodom.lcm import LCM
+    from gprodom.lcm import connect
     from gprodom.learned.answers import TELLERS
 
     channels = read_channels(args.configs, args.overrides)
-    lcm = LCM(args.lcm_url)
+    lcm = connect(args.lcm_url)
     inference = Inference(TELLERS[args.method](args.networks), lcm, channels.displacement_in)
     lcm.subscribe(channels.gpr_trace, inference.take_trace).set_queue_capacity(1000)
     lcm.subscribe(channels.odometry, inference.take_odometry).set_queue_capacity(10000)

@@ -96,7 +96,7 @@ def integrate(time: Times, distance: Floats, yaw_time: Times, yaw: Floats) -> Tr
     return Trajectory(time, position, rotation.from_yaw(heading - heading[0]))
 
 
-def wheel_distance(log: dict[str, logs.Channel]) -> tuple[Times, Floats]:
+def wheel_distance(log: logs.Log) -> tuple[Times, Floats]:
     """Times (n,) and signed cumulative wheel distance (n,), metres, of a log's wheel.
 
     With left and right wheels it is their mean, as in the estimator.
@@ -109,19 +109,19 @@ def wheel_distance(log: dict[str, logs.Channel]) -> tuple[Times, Floats]:
     return wheel["utime"], np.asarray(wheel["ticks"] * wheel["metres_per_tick"], dtype=float)
 
 
-def has_wheel(log: dict[str, logs.Channel]) -> bool:
+def has_wheel(log: logs.Log) -> bool:
     """Whether the log has a wheel, for `wheel_distance`."""
     return "wheel" in log or "wheels" in log
 
 
-def gyro_yaw(log: dict[str, logs.Channel]) -> tuple[Times, Floats]:
+def gyro_yaw(log: logs.Log) -> tuple[Times, Floats]:
     """Times (n,) and causal yaw (n,), rad, of a log's IMU (`causal_yaw`)."""
     imu = logs.need(log, "imu")
     time, acceleration, rate = (imu[name] for name in ("utime", *IMU_FIELDS))
     return time, causal_yaw(time, acceleration, rate, *wheel_distance(log))
 
 
-def gyro_yaw_of(log: dict[str, logs.Channel], still: Span) -> tuple[Times, Floats]:
+def gyro_yaw_of(log: logs.Log, still: Span) -> tuple[Times, Floats]:
     """Times (n,) and yaw (n,), rad, with the bias of a given standstill (`yaw_from_gyro`);
     without one, gravity is the mean over the whole log and the bias is not removed, which is good
     enough for some seconds."""
@@ -133,7 +133,7 @@ def gyro_yaw_of(log: dict[str, logs.Channel], still: Span) -> tuple[Times, Float
     return time, integral(rate @ (up / np.linalg.norm(up)), (time - time[:1]) * 1e-6)
 
 
-def wheel_and_gyro(log: dict[str, logs.Channel]) -> Trajectory:
+def wheel_and_gyro(log: logs.Log) -> Trajectory:
     """The method `wheel`: wheel distance with gyro yaw, at the wheel's stamps."""
     return integrate(*wheel_distance(log), *gyro_yaw(log))
 
@@ -148,7 +148,7 @@ class Reckoner:
         self._wheel: tuple[Times, Floats] = (none, np.zeros(0))
         self._pose: Trajectory | None = None  # told last
 
-    def add(self, log: dict[str, logs.Channel], is_all: bool = False) -> Trajectory | None:
+    def add(self, log: logs.Log, is_all: bool = False) -> Trajectory | None:
         """The way from the pose told last on, as far as IMU and wheel show it; None: no further.
 
         log: what came since; stamps must go on from those before. is_all: nothing more comes.

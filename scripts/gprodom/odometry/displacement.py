@@ -24,7 +24,7 @@ class Displacements:
         return int(self.start.size)
 
 
-def sequential(log: dict[str, logs.Channel], source: str) -> Displacements:
+def sequential(log: logs.Log, source: str) -> Displacements:
     """The valid sequential displacements of `source` (a front end's name)."""
     if "displacement" not in log:
         raise Error("the replay published no displacements: is the radar in use?")
@@ -46,7 +46,7 @@ def sequential(log: dict[str, logs.Channel], source: str) -> Displacements:
     )
 
 
-def reckon(log: dict[str, logs.Channel], displacements: Displacements) -> Trajectory:
+def reckon(log: logs.Log, displacements: Displacements) -> Trajectory:
     """Dead reckoning on radar distance: its size from the radar, its sign from the wheel, gyro yaw.
 
     Windows may overlap, so each displacement counts as a mean speed at the middle of its window;

@@ -85,7 +85,7 @@ def as_log(
     return log
 
 
-def read_sensors(args: argparse.Namespace, source: Path, *roles: str) -> dict[str, logs.Channel]:
+def read_sensors(args: argparse.Namespace, source: Path, *roles: str) -> logs.Log:
     """The channels of those roles of a sequence (converted for it) or log, by role.
 
 

@@ -13,7 +13,7 @@ from gprodom.trajectory import Times
 SPEED_SPAN_S = 0.5  # over which the wheel's speed is taken
 
 
-def log_figure(log: dict[str, logs.Channel], title: str) -> canvas.Figure:
+def log_figure(log: logs.Log, title: str) -> canvas.Figure:
     """Speed of robot and wheel, uncertainty of position and yaw, flags, along time."""
     odometry = log["odometry"]
     origin = int(odometry["utime"][0])
@@ -29,7 +29,7 @@ def log_figure(log: dict[str, logs.Channel], title: str) -> canvas.Figure:
     return figure
 
 
-def wheel_speed(log: dict[str, logs.Channel]) -> tuple[Times, Floats] | None:
+def wheel_speed(log: logs.Log) -> tuple[Times, Floats] | None:
     """Times (n,), us, and speed (n,) over `SPEED_SPAN_S` about them, m/s; None without a wheel."""
     if not has_wheel(log):
         return None
@@ -50,9 +50,7 @@ def radar_speed(displacement: logs.Channel) -> tuple[Times, Floats]:
     return displacement["utime_to"][moves][order], speed[order]
 
 
-def _draw_speed(
-    axis: canvas.Axes, log: dict[str, logs.Channel], seconds: Floats, origin: int
-) -> None:
+def _draw_speed(axis: canvas.Axes, log: logs.Log, seconds: Floats, origin: int) -> None:
     measured = wheel_speed(log)
     if measured is not None:
         clock = (measured[0] - origin) * 1e-6
@@ -89,7 +87,7 @@ def _draw_flags(axis: canvas.Axes, flags: Ints, seconds: Floats) -> None:
     axis.set_ylim(len(bits) - 0.5, -0.5)
 
 
-def flag_shares(log: dict[str, logs.Channel]) -> dict[str, float]:
+def flag_shares(log: logs.Log) -> dict[str, float]:
     """Share of the odometry messages in which each flag is set, 0 to 1."""
     flags = log["odometry"]["flags"]
     return {name: float(np.mean((flags & bit) != 0)) for name, bit in flag_bits().items()}

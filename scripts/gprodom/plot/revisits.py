@@ -49,7 +49,7 @@ class Revisits:
         return self.select((self.start >= path.time[0]) & (self.end <= path.time[-1]))
 
 
-def find_revisits(log: dict[str, logs.Channel]) -> Revisits:
+def find_revisits(log: logs.Log) -> Revisits:
     """The valid ones of a log, in the order of their ends."""
     content = logs.need(log, "displacement")
     names = ("utime_from", "utime_to", "distance", "mirrored")

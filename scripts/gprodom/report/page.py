@@ -14,7 +14,7 @@ from gprodom.drive.doubt import SIGMAS_95_OF_ONE, radius_95, yaw_sigma
 from gprodom.drive.log import Drive
 from gprodom.drive.troubles import Trouble, covered_s, stretches
 from gprodom.lcm.constants import flag
-from gprodom.report import pictures, vector
+from gprodom.report import pictures
 
 MOST_ROWS = 24  # of what went wrong: a page of paper
 COLUMNS = ("what", "level", "times", "for", "longest from", "at x, y (m)")
@@ -219,7 +219,7 @@ def drawn(name: str, draw: Callable[[bool], canvas.Figure | None], caption: str)
     """The wide and the narrow picture, of which a screen shows one; [] where there is none."""
     figures = {kind: draw(kind == "narrow") for kind in ("wide", "narrow")}
     elements = [
-        f'<div class="{kind}">{vector.inline(figure, f"{name}-{kind}", caption)}</div>'
+        f'<div class="{kind}">{canvas.svg(figure, f"{name}-{kind}", caption)}</div>'
         for kind, figure in figures.items()
         if figure is not None
     ]

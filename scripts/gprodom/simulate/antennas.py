@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gprodom.arrays import Floats, Ints
+from gprodom.random_streams import Random
 from gprodom.simulate import radar
 from gprodom.simulate.radar import RadarSpec
 
@@ -37,7 +38,7 @@ class AntennaSpec:
 
 
 def draw_antennas(
-    told: Sequence[tuple[float, float]], spec: RadarSpec, random: np.random.RandomState
+    told: Sequence[tuple[float, float]], spec: RadarSpec, random: Random
 ) -> tuple[AntennaSpec, ...]:
     """Antennas at the places `told` (m, in body), each with faults of its own, those of `spec`
     among them. The first is where it is told to be: only distances between them matter."""
@@ -70,7 +71,7 @@ def receive(
     travelled: Floats,
     sample_interval: float,
     spec: AntennaSpec,
-    random: np.random.RandomState,
+    random: Random,
 ) -> Ints:
     """Traces (n, samples), counts, of noise-free ones `clean` at the times `time` (n,), s, when the
     robot had driven `travelled` (n,), m."""
@@ -81,7 +82,7 @@ def receive(
     return radar.measure(traces, time, sample_interval, spec.radar, random)
 
 
-def _height(rms: float, travelled: Floats, random: np.random.RandomState) -> Floats:
+def _height(rms: float, travelled: Floats, random: Random) -> Floats:
     """Above the mean (n,), m: drawn anew every `_UNEVEN` driven, smooth in between, and without a
     period: one that both antennas shared would look like ground that moves with the robot."""
     from scipy.interpolate import CubicSpline

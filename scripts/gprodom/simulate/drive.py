@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from gprodom.arrays import Floats
+from gprodom.random_streams import Random
 
 _PEAK = 2.1875  # of the smooth step's slope
 _GRID = 0.001  # s; of the integration of position
@@ -149,7 +150,7 @@ class _Phase:
 class Drive:
     """The drive of `spec`, with side slip drawn from `random`."""
 
-    def __init__(self, spec: DriveSpec, random: np.random.RandomState) -> None:
+    def __init__(self, spec: DriveSpec, random: Random) -> None:
         self._spec = spec
         self._phases = _time_law(spec.steps, spec.acceleration)
         last = self._phases[-1]

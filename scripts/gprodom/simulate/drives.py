@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gprodom.random_streams import stream
+from gprodom.random_streams import Random, stream
 from gprodom.simulate.antennas import draw_antennas
 from gprodom.simulate.drive import Bend, Drive, DriveSpec, Move, Stop, Track
 from gprodom.simulate.ground import GroundSpec
@@ -58,7 +58,7 @@ def guided_drive(speed: float, seed: int) -> DriveSpec:
     return DriveSpec(Track((*bends, Bend(2))), tuple(steps), yaw=draw.uniform(-math.pi, math.pi))
 
 
-def _shaken(spec: Spec, draw: np.random.RandomState) -> Spec:
+def _shaken(spec: Spec, draw: Random) -> Spec:
     """With the IMU, the vibration and the tilt of another robot, or as it is."""
     kind = draw.choice(["", "cart", "rover"])
     return replace(spec, imu=KINDS[kind].imu) if kind else spec

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gprodom.arrays import Floats, Ints
+from gprodom.random_streams import Random
 
 _REACH = 1.5  # m; scatterers further aside are not seen
 _HALF_WAVELET = 3e-9  # s; the wavelet is nothing beyond
@@ -44,9 +45,7 @@ def _wavelet(t: Floats, frequency: float) -> Floats:
 class Ground:
     """Ground around the positions `x`, `y` (m) that the antenna will see."""
 
-    def __init__(
-        self, spec: GroundSpec, x: Floats, y: Floats, random: np.random.RandomState
-    ) -> None:
+    def __init__(self, spec: GroundSpec, x: Floats, y: Floats, random: Random) -> None:
         self._spec = spec
         low = np.array([x.min(), y.min()]) - _REACH
         size = np.array([x.max(), y.max()]) + _REACH - low

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gprodom.arrays import Floats
-from gprodom.random_streams import gauss_markov
+from gprodom.random_streams import Random, gauss_markov
 from gprodom.rotation import added_by_turning
 from gprodom.rotation import from_rpy as rotation_from_rpy
 from gprodom.simulate.drive import Motion
@@ -73,7 +73,7 @@ class ImuData:
 
 
 def measure(
-    motion: Motion, spec: ImuSpec, random: np.random.RandomState, wheel_speed: Floats | None = None
+    motion: Motion, spec: ImuSpec, random: Random, wheel_speed: Floats | None = None
 ) -> ImuData:
     """IMU samples of `motion`, whose times are 1 / `spec.rate` apart.
 
@@ -124,9 +124,7 @@ def measure(
     )
 
 
-def _body_motion(
-    motion: Motion, spec: ImuSpec, random: np.random.RandomState
-) -> tuple[Floats, Floats]:
+def _body_motion(motion: Motion, spec: ImuSpec, random: Random) -> tuple[Floats, Floats]:
     """Specific force (m/s^2) and angular rate (rad/s) in body (n, 3), as the ground tilts."""
     n = len(motion.s)
     if not spec.tilt:
@@ -154,7 +152,7 @@ def _body_motion(
     return force, rate
 
 
-def _rumble(n: int, step: float, random: np.random.RandomState) -> Floats:
+def _rumble(n: int, step: float, random: Random) -> Floats:
     """(n, 3), unit variance: half of the power white, half of slow changes."""
     from scipy.signal import lfilter
 
@@ -164,7 +162,7 @@ def _rumble(n: int, step: float, random: np.random.RandomState) -> Floats:
     return np.asarray(np.sqrt(0.5) * (random.standard_normal((n, 3)) + slow))
 
 
-def _engine(n: int, step: float, random: np.random.RandomState) -> Floats:
+def _engine(n: int, step: float, random: Random) -> Floats:
     """(n, 3), unit variance: an engine's shaking, whose frequency wanders, as sampled."""
     wander = np.cumsum(random.standard_normal((n, 3)) * (_ENGINE_WANDER * np.sqrt(step)), axis=0)
     angle = 2 * np.pi * np.cumsum((_ENGINE + wander) * step, axis=0)
@@ -172,12 +170,12 @@ def _engine(n: int, step: float, random: np.random.RandomState) -> Floats:
     return np.asarray(np.sqrt(2.0) * np.sin(angle + start))
 
 
-def _wandering(n: int, step: float, random: np.random.RandomState) -> Floats:
+def _wandering(n: int, step: float, random: Random) -> Floats:
     """(n, 3), unit variance, forgets over `_INSTABILITY_TIME`."""
     return gauss_markov((n, 3), float(np.exp(-step / _INSTABILITY_TIME)), random)
 
 
-def _rattle(n: int, step: float, random: np.random.RandomState) -> Floats:
+def _rattle(n: int, step: float, random: Random) -> Floats:
     """(n, 3), unit variance: half of the power white, half at a frame's resonance."""
     from scipy.signal import iirpeak, lfilter
 
@@ -227,6 +225,6 @@ class Terrain:
         return np.asarray(travelled[:, None, None] * _WAVES + self.phases)
 
 
-def draw_terrain(rms: float, random: np.random.RandomState) -> Terrain:
+def draw_terrain(rms: float, random: Random) -> Terrain:
     """Ground of that tilt."""
     return Terrain(rms, random.uniform(0, 2 * np.pi, (2, len(_WAVES))))

@@ -16,6 +16,7 @@ from collections.abc import Callable
 import numpy as np
 
 from gprodom.arrays import Floats
+from gprodom.random_streams import Random
 from gprodom.simulate.drive import Motion
 from gprodom.simulate.surface import PIECE_S, SURFACES, draw_grip
 
@@ -26,7 +27,7 @@ _PER_ACCELERATION = (0.02, 0.2)  # slip at 1 m/s^2
 _SLOWEST_MPS = 0.05  # below, curvature is not told by speed and turn rate
 
 
-def _ramps(t: Floats, motion: Motion, random: np.random.RandomState) -> Floats:
+def _ramps(t: Floats, motion: Motion, random: Random) -> Floats:
     knots, levels = [0.0], [0.0]
     while knots[-1] < t[-1]:
         size = random.uniform(*_SIZE)
@@ -38,7 +39,7 @@ def _ramps(t: Floats, motion: Motion, random: np.random.RandomState) -> Floats:
     return np.interp(t, knots, levels)
 
 
-def _steps(t: Floats, motion: Motion, random: np.random.RandomState) -> Floats:
+def _steps(t: Floats, motion: Motion, random: Random) -> Floats:
     knots, levels = [0.0], [0.0]
     while knots[-1] < t[-1]:
         level = 0.0 if random.uniform() < 0.5 else random.uniform(*_SIZE)
@@ -48,7 +49,7 @@ def _steps(t: Floats, motion: Motion, random: np.random.RandomState) -> Floats:
     return np.interp(t, knots, levels)
 
 
-def _turns(t: Floats, motion: Motion, random: np.random.RandomState) -> Floats:
+def _turns(t: Floats, motion: Motion, random: Random) -> Floats:
     curvature = np.abs(motion.yaw_rate) / np.maximum(np.abs(motion.v), _SLOWEST_MPS)
     speeding_up = np.maximum(motion.acceleration[:, 0] * np.sign(motion.v), 0.0)
     return np.asarray(
@@ -57,8 +58,8 @@ def _turns(t: Floats, motion: Motion, random: np.random.RandomState) -> Floats:
     )
 
 
-def _of_surface(name: str) -> Callable[[Floats, Motion, np.random.RandomState], Floats]:
-    def draw(t: Floats, motion: Motion, random: np.random.RandomState) -> Floats:
+def _of_surface(name: str) -> Callable[[Floats, Motion, Random], Floats]:
+    def draw(t: Floats, motion: Motion, random: Random) -> Floats:
         grip = draw_grip(SURFACES[name], float(t[-1]), random)
         return np.asarray(1 / np.interp(t, np.arange(len(grip)) * PIECE_S, grip) - 1)
 
@@ -75,6 +76,6 @@ _KINDS = {
 KINDS = tuple(_KINDS)
 
 
-def draw_slip(kind: str, t: Floats, motion: Motion, random: np.random.RandomState) -> Floats:
+def draw_slip(kind: str, t: Floats, motion: Motion, random: Random) -> Floats:
     """Slip (n,) of `kind` (of `KINDS`; empty: none) at the times `t` (s, ascending) of `motion`."""
     return _KINDS[kind](t, motion, random) if kind else np.zeros(len(t))

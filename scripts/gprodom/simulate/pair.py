@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gprodom.arrays import Floats, Ints
+from gprodom.random_streams import Random
 from gprodom.simulate.drive import Drive
 from gprodom.simulate.lasting import draw_slip
 from gprodom.simulate.surface import PIECE_S, SURFACES, draw_grip, draw_widening
@@ -46,7 +47,7 @@ class PairData:
     radii: float  # right over left, less one
 
 
-def measure(t: Floats, drive: Drive, spec: PairSpec, random: np.random.RandomState) -> PairData:
+def measure(t: Floats, drive: Drive, spec: PairSpec, random: Random) -> PairData:
     """Counts as reported at the times `t` (s)."""
     surface = SURFACES[spec.surface]
     fine = np.arange(0, drive.duration, 1 / _FINE)
@@ -85,9 +86,7 @@ def _told(t: Floats, fine: Floats, distance: Floats, spec: PairSpec) -> Floats:
     return np.interp(t - spec.late - spec.held, fine, distance)
 
 
-def _spins(
-    count: int, t: Floats, speed: Floats, random: np.random.RandomState
-) -> dict[int, Floats]:
+def _spins(count: int, t: Floats, speed: Floats, random: Random) -> dict[int, Floats]:
     """By side (-1 left, 1 right) its spin in addition to rolling (n,), m/s: up and down again."""
     spins = {-1: np.zeros(len(t)), 1: np.zeros(len(t))}
     moving = t[np.abs(speed) > 0.1]

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gprodom.arrays import Floats, Ints
-from gprodom.random_streams import gauss_markov
+from gprodom.random_streams import Random, gauss_markov
 
 _FULL_SCALE = 32767
 _GAIN_TIME, _ZERO_TIME = 60.0, 120.0  # s, over which gain and time zero drift
@@ -30,11 +30,7 @@ class RadarSpec:
 
 
 def measure(
-    clean: Floats,
-    time: Floats,
-    sample_interval: float,
-    spec: RadarSpec,
-    random: np.random.RandomState,
+    clean: Floats, time: Floats, sample_interval: float, spec: RadarSpec, random: Random
 ) -> Ints:
     """Traces (n, samples), counts, of noise-free ones `clean` at the times `time` (n,), s."""
     n, samples = clean.shape
@@ -67,15 +63,13 @@ def delayed(traces: Floats, late: Floats, sample_interval: float, phase: float =
     return np.fft.irfft(spectrum, 2 * samples, axis=1)[:, :samples]
 
 
-def _wander(
-    drift: float, jitter: float, time: Floats, constant: float, random: np.random.RandomState
-) -> Floats:
+def _wander(drift: float, jitter: float, time: Floats, constant: float, random: Random) -> Floats:
     """A drift, and what changes from trace to trace; of what is not there nothing is drawn."""
     slow = drift * _drift(time, constant, random) if drift else np.zeros(len(time))
     return slow + jitter * random.standard_normal(len(time)) if jitter else slow
 
 
-def _drift(time: Floats, constant: float, random: np.random.RandomState) -> Floats:
+def _drift(time: Floats, constant: float, random: Random) -> Floats:
     """A stationary random process of unit variance that forgets over `constant` (s)."""
     if not len(time):
         return np.zeros(0)

@@ -3,9 +3,8 @@
 import math
 from math import inf
 
-import numpy as np
-
 from gprodom.errors import UsageError
+from gprodom.random_streams import Random
 from gprodom.simulate.drive import Bend, DriveSpec, Move, Stop, Track
 
 ROUTES = ("line", "loop", "eight", "stops", "random")
@@ -67,11 +66,7 @@ def _there_and_back(
 
 
 def stops(
-    distance: float,
-    speed: float,
-    standstill: float,
-    random: np.random.RandomState,
-    longest: float = inf,
+    distance: float, speed: float, standstill: float, random: Random, longest: float = inf
 ) -> DriveSpec:
     """Back and forth on a line in pieces of 0.5 to 3 m at changing speeds, resting between them."""
     length = min(max(distance / 3.5, 1.0), longest)
@@ -88,9 +83,7 @@ def stops(
     return DriveSpec(Track((Bend(length),), weave=0.04), tuple(steps))
 
 
-def wander(
-    distance: float, speed: float, standstill: float, random: np.random.RandomState
-) -> DriveSpec:
+def wander(distance: float, speed: float, standstill: float, random: Random) -> DriveSpec:
     """Random bends, with a stop, a reversal and a changing speed."""
     bends: list[Bend] = []
     while sum(bend.length for bend in bends) < distance:
@@ -113,7 +106,7 @@ def make_route(
     distance: float,
     speed: float,
     standstill: float,
-    random: np.random.RandomState,
+    random: Random,
     ground: float | None = None,
 ) -> DriveSpec:
     """The route `name` of `ROUTES` over `distance` (m), after `standstill` (s).

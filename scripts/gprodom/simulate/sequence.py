@@ -8,7 +8,7 @@ import numpy as np
 from gprodom.arrays import Floats, Ints
 from gprodom.convert.cmu import Traces
 from gprodom.ground.survey import find_survey
-from gprodom.random_streams import stream
+from gprodom.random_streams import Random, stream
 from gprodom.simulate import imu, pair, radar, wheel
 from gprodom.simulate.antennas import AntennaSpec, receive
 from gprodom.simulate.drive import Drive, DriveSpec, Motion
@@ -220,7 +220,7 @@ def _look(
     return [ground.traces(x, y) for x, y in places], spec.ground.sample_interval
 
 
-def _survey(drive: Drive, spec: StationSpec, random: np.random.RandomState) -> tuple[Ints, Floats]:
+def _survey(drive: Drive, spec: StationSpec, random: Random) -> tuple[Ints, Floats]:
     """Times (us from the start) and positions (n, 3) as a total station reports them."""
     count = int(drive.duration * spec.rate)
     steps = 1.0 / spec.rate + spec.jitter * np.clip(random.standard_normal(count), -3, 3)

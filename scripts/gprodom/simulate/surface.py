@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gprodom.arrays import Floats
+from gprodom.random_streams import Random
 
 PIECE_S = 2.0  # of the recordings: slip is drawn anew as often, and changes evenly between
 
@@ -44,13 +45,13 @@ SURFACES = {
 }
 
 
-def draw_grip(surface: Surface, duration: float, random: np.random.RandomState) -> Floats:
+def draw_grip(surface: Surface, duration: float, random: Random) -> Floats:
     """Distance on the ground over that of the wheels at the multiples of `PIECE_S` (n,)."""
     count = int(np.ceil(duration / PIECE_S)) + 2
     return np.interp(random.uniform(0.05, 0.95, count), _SHARES, surface.grip)
 
 
-def draw_widening(surface: Surface, duration: float, random: np.random.RandomState) -> Floats:
+def draw_widening(surface: Surface, duration: float, random: Random) -> Floats:
     """Effective over geometric track at the multiples of `PIECE_S` (n,)."""
     count = int(np.ceil(duration / PIECE_S)) + 2
     scatter = surface.widening_sigma * np.clip(random.standard_normal(count), -2, 2)

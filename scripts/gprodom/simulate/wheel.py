@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gprodom.arrays import Floats, Ints
+from gprodom.random_streams import Random
 from gprodom.simulate.drive import Motion
 from gprodom.simulate.lasting import draw_slip
 
@@ -66,7 +67,7 @@ class WheelData:
     scale: Floats
 
 
-def measure(t: Floats, motion: Motion, spec: WheelSpec, random: np.random.RandomState) -> WheelData:
+def measure(t: Floats, motion: Motion, spec: WheelSpec, random: Random) -> WheelData:
     """Encoder counts at the times `t` (s) of `motion`."""
     # A contact point beside the axis rolls further on the outside of a bend.
     true = np.diff(motion.s - spec.lever_arm[1] * motion.yaw)
@@ -102,9 +103,7 @@ def trigger(t: Floats, counted: Floats, spacing: float) -> Floats:
     return np.array(times)
 
 
-def draw_slips(
-    count: int, t: Floats, speed: Floats, random: np.random.RandomState
-) -> tuple[Slip, ...]:
+def draw_slips(count: int, t: Floats, speed: Floats, random: Random) -> tuple[Slip, ...]:
     """Slip (factor above 1) and skid (below 1) episodes while the robot moves."""
     moving = t[np.abs(speed) > 0.1]
     slips = []

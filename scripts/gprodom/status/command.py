@@ -51,7 +51,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Exit code: with --once 0 where healthy, 1 where not."""
-    from gprodom.lcm.connect import connect
+    from gprodom.lcm import connect
     from gprodom.status.heard import Heard
 
     if args.json and not args.once:

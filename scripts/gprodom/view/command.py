@@ -138,7 +138,7 @@ def _show(args: argparse.Namespace, recording: Path, environment: dict[str, str]
 
 def _live(args: argparse.Namespace, channels: Channels, environment: dict[str, str]) -> int:
     from gprodom.drive.imu_mounting import read_mounting
-    from gprodom.lcm.connect import connect
+    from gprodom.lcm import connect
     from gprodom.view.layout import for_live
     from gprodom.view.live import ROLES, Live, interruptions, listen
     from gprodom.view.record import Recorder, new_stream
