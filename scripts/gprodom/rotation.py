@@ -24,18 +24,11 @@ def from_yaw(yaw: Floats) -> Floats:
 
 
 def from_matrix(matrix: Floats) -> Floats:
-    """Quaternion (4) of one rotation matrix (3, 3): the eigenvector of Bar-Itzhack's 4 x 4 form."""
-    m = np.asarray(matrix, dtype=float)
-    k = np.array(
-        [
-            [np.trace(m), m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]],
-            [0.0, m[0, 0] - m[1, 1] - m[2, 2], m[0, 1] + m[1, 0], m[0, 2] + m[2, 0]],
-            [0.0, 0.0, m[1, 1] - m[0, 0] - m[2, 2], m[1, 2] + m[2, 1]],
-            [0.0, 0.0, 0.0, m[2, 2] - m[0, 0] - m[1, 1]],
-        ]
-    )
-    q = np.linalg.eigh(k, UPLO="U")[1][:, -1]
-    return np.asarray(-q if q[0] < 0 else q)
+    """Quaternion (4), w at least 0, of one rotation matrix (3, 3)."""
+    from scipy.spatial.transform import Rotation
+
+    x, y, z, w = Rotation.from_matrix(matrix).as_quat()
+    return np.array([w, x, y, z]) * (-1 if w < 0 else 1)
 
 
 def from_rpy(rpy: tuple[float, ...]) -> Floats:
@@ -58,17 +51,10 @@ def yaw_matrix(yaw: float) -> Floats:
 
 def multiply(a: Floats, b: Floats) -> Floats:
     """Hamilton product a b of quaternions (..., 4)."""
-    aw, ax, ay, az = np.moveaxis(np.asarray(a, dtype=float), -1, 0)
-    bw, bx, by, bz = np.moveaxis(np.asarray(b, dtype=float), -1, 0)
-    return np.stack(
-        [
-            aw * bw - ax * bx - ay * by - az * bz,
-            aw * bx + ax * bw + ay * bz - az * by,
-            aw * by - ax * bz + ay * bw + az * bx,
-            aw * bz + ax * by - ay * bx + az * bw,
-        ],
-        axis=-1,
-    )
+    a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
+    aw, bw, av, bv = a[..., :1], b[..., :1], a[..., 1:], b[..., 1:]
+    scalar = aw * bw - np.sum(av * bv, axis=-1, keepdims=True)
+    return np.concatenate([scalar, aw * bv + bw * av + np.cross(av, bv)], axis=-1)
 
 
 def conjugate(q: Floats) -> Floats:

@@ -2,6 +2,7 @@
 
 import struct
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
@@ -14,6 +15,12 @@ def sealed(version: int, body: bytes) -> bytes:
         total = ((total ^ word) * 1099511628211) % 2**64
     head = b"gprodom ground map %d\n" % version
     return head + struct.pack("<QQ", len(body), total) + body
+
+
+def patched(body: bytes, at: int, form: str, value: float) -> bytes:
+    """`body` with another value there."""
+    new = struct.pack("<" + form, value)
+    return body[:at] + new + body[at + len(new) :]
 
 
 def bodies(whole: bytes) -> Iterator[tuple[str, bytes]]:
@@ -38,10 +45,7 @@ def bodies(whole: bytes) -> Iterator[tuple[str, bytes]]:
     times = runs + 8 + 8 + 4 + 1 + 8
     assert struct.unpack_from("<I", body, step + 4) == (1,)  # session
 
-    def changed(at: int, form: str, *values: float) -> bytes:
-        new = struct.pack("<" + form, *values)
-        return body[:at] + new + body[at + len(new) :]
-
+    changed = partial(patched, body)
     yield "another spacing", changed(0, "d", 0.05)
     yield "too long", changed(8, "Q", 2**40)
     yield "columns make no sense", changed(8, "Q", 2**17)
@@ -82,10 +86,7 @@ def bodies_of_version_1(body: bytes) -> Iterator[tuple[str, bytes]]:
     after = projection + 4 * rows * samples + 4 * 8
     times = after + 8 + 8 + 1 + 8
 
-    def changed(at: int, form: str, *values: float) -> bytes:
-        new = struct.pack("<" + form, *values)
-        return body[:at] + new + body[at + len(new) :]
-
+    changed = partial(patched, body)
     yield "too long", changed(25, "I", 2**31)
     yield "ends too early", changed(25, "I", 2**19)
     yield "out of range", changed(projection, "f", np.inf)

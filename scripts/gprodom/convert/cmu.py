@@ -129,6 +129,8 @@ def read_recording(sequence: Path) -> Recording:
     )
     norm = np.linalg.norm(orientation, axis=1)
     quantum = find_quantum(wheel.values[:, 0], wheel.decimals) or FALLBACK_QUANTUM
+    tables = {"imu": imu, "wheel": wheel, "gpr": gpr, "truth": truth}
+    tables |= {radar_name(id_): table for id_, table in antennas.items()}
     return Recording(
         imu_utime=imu.utime,
         acceleration=acceleration,
@@ -143,13 +145,7 @@ def read_recording(sequence: Path) -> Recording:
         traces=gpr.values.astype(np.int32),
         truth_utime=truth.utime,
         truth=truth.values,
-        out_of_order={
-            "imu": imu.out_of_order,
-            "wheel": wheel.out_of_order,
-            "gpr": gpr.out_of_order,
-            "truth": truth.out_of_order,
-            **{radar_name(id_): table.out_of_order for id_, table in antennas.items()},
-        },
+        out_of_order={name: table.out_of_order for name, table in tables.items()},
         sample_interval=find_sample_interval(sequence, files.get(RADAR_FACTS)),
         more_antennas={
             id_: Traces(table.utime, table.values.astype(np.int32))

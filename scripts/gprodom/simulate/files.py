@@ -95,11 +95,7 @@ def _truth(simulated: Simulated) -> dict[str, Floats]:
     nearest = np.minimum(nearest, len(simulated.imu_utime) - 1)
     return {
         "t": simulated.truth_utime * 1e-6,
-        "s": motion.s,
-        "x": motion.x,
-        "y": motion.y,
-        "yaw": motion.yaw,
-        "v": motion.v,
+        **{name: getattr(motion, name) for name in ("s", "x", "y", "yaw", "v")},
         "accel_bias": simulated.imu.accel_bias[nearest],
         "gyro_bias": simulated.imu.gyro_bias[nearest],
     }

@@ -1,7 +1,8 @@
 """The robots that `gprodom simulate` drives: sensors like those of recordings, faults included."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 from gprodom.simulate.drive import DriveSpec
 from gprodom.simulate.ground import GroundSpec
@@ -54,10 +55,7 @@ class Kind:
     speed: float  # m/s
     imu: ImuSpec
     pair: PairSpec
-    acceleration: float = 0.5  # m/s^2
-    centre_offset: float = 0.0  # m; see DriveSpec
-    centre_wander: float = 0.0  # m
-    cornering_stiffness: float = 0.0  # 1/rad
+    motion: dict[str, Any] = field(default_factory=dict)  # of its DriveSpec
 
     @property
     def settings(self) -> list[str]:
@@ -81,23 +79,21 @@ KINDS: dict[str, Kind] = {
         0.8,
         _imu(100, 0.12, 3e-3, 1.1),
         PairSpec(0.7, rate=29.4),
-        centre_wander=0.02,
+        {"centre_wander": 0.02},
     ),
     "skid_steer": Kind(
         "skid_steer",
         1.2,
         _imu(20, 0.12, 3e-3, 1.1),
         PairSpec(1.08, rate=20, skids=True, held=0.25, late=0.17, quantum=1e-4),
-        centre_offset=-0.1,
-        centre_wander=0.08,
+        {"centre_offset": -0.1, "centre_wander": 0.08},
     ),
     "car": Kind(
         "ackermann",
         8.0,
         replace(_imu(120, 0.012, 3e-4, 1.0), accel_idle=0.4, gyro_idle=0.026),
         PairSpec(1.5, rate=83, quantum=2e-3),
-        acceleration=1.5,
-        cornering_stiffness=15.0,
+        {"acceleration": 1.5, "cornering_stiffness": 15.0},
     ),
 }
 
@@ -105,21 +101,12 @@ KINDS: dict[str, Kind] = {
 def of_kind(name: str, surface: str, spec: Spec) -> Spec:
     """`spec` driven by a robot of `KINDS` on a surface of `SURFACES`."""
     kind, rough = KINDS[name], SURFACES[surface].roughness
+    roughened = ("accel_rumble", "gyro_rumble", "tilt")
+    shaken = {name: rough * getattr(kind.imu, name) for name in roughened}
     return replace(
         spec,
-        drive=replace(
-            spec.drive,
-            acceleration=kind.acceleration,
-            centre_offset=kind.centre_offset,
-            centre_wander=kind.centre_wander,
-            cornering_stiffness=kind.cornering_stiffness,
-        ),
-        imu=replace(
-            kind.imu,
-            accel_rumble=rough * kind.imu.accel_rumble,
-            gyro_rumble=rough * kind.imu.gyro_rumble,
-            tilt=rough * kind.imu.tilt,
-        ),
+        drive=replace(spec.drive, **kind.motion),
+        imu=replace(kind.imu, **shaken),
         pair=replace(kind.pair, surface=surface, side_slips=spec.slips, lasting=spec.wheel.lasting),
         slips=0,
     )
