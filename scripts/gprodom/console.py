@@ -1,7 +1,5 @@
 """What commands print: progress on stderr, JSON and tables on stdout."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import math
@@ -34,7 +32,7 @@ class Progress:
         self._due = self._start + self._interval
         self._drawn = False
 
-    def __enter__(self) -> Progress:
+    def __enter__(self) -> "Progress":
         return self
 
     def __exit__(self, *_: object) -> None:

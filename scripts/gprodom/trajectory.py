@@ -1,7 +1,5 @@
 """A trajectory on arrays, its interpolation, and TUM files."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -38,7 +36,7 @@ class Trajectory:
         """Times (n,) in seconds after the first pose."""
         return np.asarray(self.time - self.time[0], dtype=float) * 1e-6
 
-    def select(self, index: Bools | Ints) -> Trajectory:
+    def select(self, index: Bools | Ints) -> "Trajectory":
         """The poses that `index` (mask or indices) picks."""
         return Trajectory(
             self.time[index],
@@ -47,7 +45,7 @@ class Trajectory:
             None if self.covariance is None else self.covariance[index],
         )
 
-    def moved(self, lever: Floats) -> Trajectory:
+    def moved(self, lever: Floats) -> "Trajectory":
         """The path of the point at `lever` (3, metres, body frame). Needs orientations."""
         if self.orientation is None:
             raise Error(
@@ -56,7 +54,7 @@ class Trajectory:
         offset = np.einsum("nij,j->ni", rotation.to_matrix(self.orientation), lever)
         return Trajectory(self.time, self.position + offset, self.orientation, self.covariance)
 
-    def transformed(self, matrix: Floats, translation: Floats) -> Trajectory:
+    def transformed(self, matrix: Floats, translation: Floats) -> "Trajectory":
         """`matrix` (3, 3) p + `translation` (3) of every pose; covariances turn along."""
         orientation, covariance = self.orientation, self.covariance
         if orientation is not None:

@@ -5,8 +5,6 @@
 FOLDER is for files; the scenario fails by an exception.
 """
 
-from __future__ import annotations
-
 import ctypes
 import io
 import math
@@ -82,7 +80,7 @@ class Daemon:
             )
         self.await_log(" runs: ")
 
-    def __enter__(self) -> Daemon:
+    def __enter__(self) -> "Daemon":
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -229,7 +227,7 @@ class FrozenThread:
         if self._libc.ptrace(*arguments) != 0:
             raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
 
-    def __enter__(self) -> FrozenThread:
+    def __enter__(self) -> "FrozenThread":
         self._ptrace(self.SEIZE)
         self._ptrace(self.INTERRUPT)
         os.waitpid(self._task, self.WALL)

@@ -1,7 +1,5 @@
 """Positions from outside as arrays, to and from the messages of a log."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
@@ -53,7 +51,7 @@ class Fixes:
     def __len__(self) -> int:
         return len(self.utime)
 
-    def select(self, chosen: Bools | Ints) -> Fixes:
+    def select(self, chosen: Bools | Ints) -> "Fixes":
         """Those chosen."""
         parts = {
             name: getattr(self, name)[chosen]

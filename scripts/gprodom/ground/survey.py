@@ -1,7 +1,5 @@
 """Survey lines over ground that repeats: what an antenna sees anywhere along and beside them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -57,7 +55,7 @@ class Survey:
         fine = np.fft.irfft(spectrum, n, axis=1) * _FINER
         return np.concatenate([fine, fine[:, :1]], axis=1).astype(np.float32)
 
-    def decorrelating(self) -> Survey:
+    def decorrelating(self) -> "Survey":
         """The same ground for antennas beside each other, which see it by `turned_traces`.
 
         Lines nearer than `LATERAL` are 2-D simulations, which do not say how alike they should be:

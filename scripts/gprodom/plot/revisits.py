@@ -1,7 +1,5 @@
 """``gprodom plot revisits``: the loop closures and their effect on the map."""
 
-from __future__ import annotations
-
 import argparse
 from dataclasses import dataclass
 from pathlib import Path
@@ -40,11 +38,11 @@ class Revisits:
     distance: Floats
     mirrored: Bools
 
-    def select(self, chosen: Bools | Ints) -> Revisits:
+    def select(self, chosen: Bools | Ints) -> "Revisits":
         """Those chosen."""
         return Revisits(*(values[chosen] for values in vars(self).values()))
 
-    def within(self, path: Trajectory) -> Revisits:
+    def within(self, path: Trajectory) -> "Revisits":
         """Those of which both sights are in the time of the path."""
         return self.select((self.start >= path.time[0]) & (self.end <= path.time[-1]))
 

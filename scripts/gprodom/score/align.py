@@ -1,7 +1,5 @@
 """Placing the estimate in the truth's frame."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal, get_args
 
@@ -33,7 +31,7 @@ class Transform:
         """The trajectory transformed."""
         return trajectory.transformed(self.matrix, self.translation)
 
-    def inverse(self) -> Transform:
+    def inverse(self) -> "Transform":
         """The inverse transform."""
         return Transform(self.matrix.T, -self.matrix.T @ self.translation)
 
