@@ -118,12 +118,9 @@ def _is_plain(path: Path) -> bool:
 
 
 @contextmanager
-def replacing(path: Path, mode: int | None = None) -> Iterator[Path]:
+def replacing(path: Path) -> Iterator[Path]:
     """A new file beside `path`: renamed to it when all went well, removed when not. Where `path` is
-    a link, the file that it leads to is replaced; a device or a pipe is written to at the end.
-
-    mode: of the file; by default what the umask leaves.
-    """
+    a link, the file that it leads to is replaced; a device or a pipe is written to at the end."""
     check_output(path)
     plain = _is_plain(path)
     target = Path(os.path.realpath(path)) if plain else path
@@ -138,7 +135,7 @@ def replacing(path: Path, mode: int | None = None) -> Iterator[Path]:
     try:
         yield part
         if plain:
-            _settle(part, mode)
+            _settle(part)
             part.replace(target)
             _sync(target.parent)
         else:
@@ -152,14 +149,12 @@ def replacing(path: Path, mode: int | None = None) -> Iterator[Path]:
         part.unlink(missing_ok=True)
 
 
-def _settle(part: Path, mode: int | None) -> None:
-    """The mode, and the content on the disk: after a power cut the name must not stand for an empty
-    file."""
-    if mode is None:
-        umask = os.umask(0)
-        os.umask(umask)
-        mode = 0o666 & ~umask
-    part.chmod(mode)
+def _settle(part: Path) -> None:
+    """The mode that the umask leaves, and the content on the disk: after a power cut the name must
+    not stand for an empty file."""
+    umask = os.umask(0)
+    os.umask(umask)
+    part.chmod(0o666 & ~umask)
     _sync(part)
 
 
@@ -178,9 +173,9 @@ def temporary_folder() -> Iterator[Path]:
         yield Path(name)
 
 
-def write_bytes(path: Path, data: bytes, mode: int | None = None) -> None:
+def write_bytes(path: Path, data: bytes) -> None:
     """Writes a file entirely or not at all."""
-    with replacing(path, mode) as part:
+    with replacing(path) as part:
         part.write_bytes(data)
 
 
