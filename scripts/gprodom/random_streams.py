@@ -13,8 +13,7 @@ Random = np.random.RandomState
 
 def stream(seed: int, name: str) -> Random:
     """The stream of `seed` (0 or more) for the part called `name`."""
-    entropy = [seed, *name.encode()]
-    return Random(np.random.MT19937(np.random.SeedSequence(entropy)))
+    return Random(np.random.MT19937(np.random.SeedSequence([seed, *name.encode()])))
 
 
 def gauss_markov(shape: tuple[int, ...], kept: float, random: Random) -> Floats:

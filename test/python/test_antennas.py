@@ -95,8 +95,7 @@ def test_without_places_the_first_one_heard(log: Path, radar: Path) -> None:
 
 def test_one_antenna_of_several(log: Path, radar: Path, cli: Cli) -> None:
     chosen = ("--radar", radar, *PLACES, "--antenna")
-    rows = rows_of(export(log, "traces", *chosen, "1"))
-    assert {row["antenna_id"] for row in rows} == {"1"}
+    assert {row["antenna_id"] for row in rows_of(export(log, "traces", *chosen, "1"))} == {"1"}
     out = log.parent / "t"
     for antenna, said in (("7", "place of none of the antennas heard"), ("5", "no traces of")):
         assert said in cli.error("export", log, "--traces", out, *chosen, antenna)

@@ -46,8 +46,7 @@ def test_figures_have_one_form_and_are_kept(tmp_path: Path) -> None:
     assert 0 < error["value"] < 0.05 < figures["1700000000/gprodom_full/dead_m"]["value"]
     assert figures["1700000000/gprodom_full/nees_map"]["better"] == "near 2"
 
-    again = run(RUNNER, "sample", *options, tmp_path / "two")
-    assert "1 jobs were measured before" in again.stderr
+    assert "1 jobs were measured before" in run(RUNNER, "sample", *options, tmp_path / "two").stderr
     assert read(tmp_path / "two" / "sample.json") == report
 
     # Other arguments are measured anew, and what fails of them is told.

@@ -135,8 +135,7 @@ def test_imu_fragment(tmp_path: Path, cli: Cli, drawn: list[Figure]) -> None:
             tau, deviation = np.array(container.lines[0].get_data())
             density = np.median((deviation * np.sqrt(tau))[tau < 1.0])
             assert density == pytest.approx(written[f"{noise}_noise_density"], rel=0.1)
-    short = drive_log(tmp_path / "short.lcmlog", 3)
-    assert "at least 20 s" in cli.error("calibrate", "imu", short)
+    assert "at least 20 s" in cli.error("calibrate", "imu", drive_log(tmp_path / "short.lcmlog", 3))
 
 
 @pytest.mark.parametrize("late", [0, 60_000])

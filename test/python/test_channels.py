@@ -123,8 +123,7 @@ def test_methods_and_scores_read_renamed_channels(
     assert scored["ate_rmse_m"] == pytest.approx(errors["gprodom_full"])
     assert scored["map_jumps"] is not None  # corrections and odometry were found, too
     # The sequence itself is converted to the same channels.
-    again = cli.json("run", sequence, *run, "wheel")
-    assert again["ate_rmse_m"] == pytest.approx(errors["wheel"])
+    assert cli.json("run", sequence, *run, "wheel")["ate_rmse_m"] == pytest.approx(errors["wheel"])
 
 
 def test_calibration_and_pictures_read_renamed_channels(

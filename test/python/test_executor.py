@@ -106,8 +106,7 @@ def test_a_worker_of_a_cluster_that_dies_loses_no_result(scheduler: str, tmp_pat
     with open_executor(1, scheduler) as executor:
         assert executor.workers == WORKERS
         tasks = [*map(echo, range(4)), kills_its_worker(tmp_path / "once"), *map(echo, range(5, 9))]
-        found = outputs(executor, tasks)
-        assert found == {i: "lived" if i == 4 else str(i) for i in range(9)}
+        assert outputs(executor, tasks) == {i: "lived" if i == 4 else str(i) for i in range(9)}
         assert executor.workers == WORKERS - 1
 
 

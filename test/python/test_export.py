@@ -161,8 +161,7 @@ def test_segy(log: Path) -> None:
     segyio = pytest.importorskip("segyio")
     with segyio.open(str(export(log, "segy")), ignore_geometry=True) as file:
         assert file.tracecount == 40
-        samples = read(log)["GPR_TRACE"]["samples"][20:]
-        np.testing.assert_array_equal(file.trace.raw[:], samples)
+        np.testing.assert_array_equal(file.trace.raw[:], read(log)["GPR_TRACE"]["samples"][20:])
         header = file.header[21]
         assert header[segyio.TraceField.SourceGroupScalar] == -100
         assert header[segyio.TraceField.SourceX] == 210  # cm, after 1.05 s
@@ -218,8 +217,7 @@ def test_a_ros2_bag_is_a_folder_of_tables(log: Path, cli: Cli) -> None:
             "FROM messages JOIN topics ON topics.id = topic_id GROUP BY topics.name"
         ).fetchall()
     found = {name: rest for name, *rest in rows}
-    odometry = ["nav_msgs/msg/Odometry", "cdr", COUNT, START * 1000]
-    assert found["/gprodom/odometry_map"] == odometry
+    assert found["/gprodom/odometry_map"] == ["nav_msgs/msg/Odometry", "cdr", COUNT, START * 1000]
     before = sorted(path.stat().st_mtime_ns for path in made.iterdir())
     assert "exists already" in cli.error("export", log, "--rosbag2", made, code=2)
     assert sorted(path.stat().st_mtime_ns for path in made.iterdir()) == before

@@ -183,5 +183,4 @@ def test_a_datum_south_of_the_equator() -> None:
 def test_flags_and_what_follows_two_dashes_stay(cli: Cli) -> None:
     args = build_parser().parse_args(["score", "--json", "--plot", "out", "--", "a", "b"])
     assert (args.json, str(args.plot), str(args.truth)) == (True, "out", "b")
-    said = cli.error("score", "a", "b", "--prism", "--json", code=2)
-    assert "expected one argument" in said
+    assert "expected one argument" in cli.error("score", "a", "b", "--prism", "--json", code=2)

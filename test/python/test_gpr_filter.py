@@ -49,8 +49,7 @@ def test_details_kept_are_those_of_pywavelets(samples: int) -> None:
     limit = 0.8 * sigma * np.sqrt(2 * np.log(samples))
     kept = [(0 * a, pywt.threshold(d, limit, "soft")) for a, d in levels]
     expected = pywt.iswt(kept, "sym4")[:samples]
-    ours = gpr.keep_details(x, "sym4", 4, 0.8)
-    np.testing.assert_allclose(ours, expected, atol=1e-9, rtol=0)
+    np.testing.assert_allclose(gpr.keep_details(x, "sym4", 4, 0.8), expected, atol=1e-9, rtol=0)
 
 
 def test_band_pass_is_scipys_window_design_run_both_ways() -> None:

@@ -156,8 +156,7 @@ def test_a_robot_finds_itself_on_a_part(made: Path, tmp_path: Path) -> None:
     run_cli("map", "cut", made / "two.map", "--map=0", "-o", part)
     estimator = gprodom.Odometry()
     estimator.load_map(str(part))
-    values = drive(estimator, drive_on_known_ground(0)).status[-1]["values"]
-    assert values["map.located"] == 1.0
+    assert drive(estimator, drive_on_known_ground(0)).status[-1]["values"]["map.located"] == 1.0
 
 
 @pytest.mark.parametrize("option", ["--area=1,1,0,2", "--distance=5:5", "--runs=1-", "--area=1,2"])

@@ -112,8 +112,7 @@ def test_two_days_become_one_map(days: Path, cli: Cli) -> None:
     # A robot is at home in it.
     estimator = gprodom.Odometry()
     estimator.load_map(str(days / "merged.map"))
-    status = drive(estimator, drive_on_known_ground(0)).status[-1]
-    assert status["values"]["map.located"] == 1.0
+    assert drive(estimator, drive_on_known_ground(0)).status[-1]["values"]["map.located"] == 1.0
 
 
 def test_nothing_is_written_of_a_stranger(days: Path, cli: Cli) -> None:

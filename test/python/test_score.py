@@ -38,8 +38,7 @@ def pair(seed: int, planar: bool = False, noise: float = 0.05) -> Pairs:
     if planar:
         jitter[:, 2] = 0
     turned = truth.transformed(rotation.yaw_matrix(2.1), np.array([3.0, -7.0, 0.0]))
-    estimate = Trajectory(truth.time, turned.position + jitter, turned.orientation)
-    return Pairs(estimate, truth, 0)
+    return Pairs(Trajectory(truth.time, turned.position + jitter, turned.orientation), truth, 0)
 
 
 def evo_path(trajectory: Trajectory) -> object:

@@ -128,8 +128,7 @@ def test_a_stuck_robot_stands_while_its_wheel_turns_and_shakes_it() -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_slip_that_lasts(kind: str) -> None:
     """The wheel's excess over the way is the slip that was drawn; no kind is none, or wild."""
-    drive = route("random", 60.0)
-    spec = Spec(drive, wheel=replace(NO_WHEEL_NOISE, lasting=kind), ground=None)
+    spec = Spec(route("random", 60.0), wheel=replace(NO_WHEEL_NOISE, lasting=kind), ground=None)
     excess = []
     for seed in range(6):
         data = simulate(spec, seed)

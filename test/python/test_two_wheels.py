@@ -123,8 +123,7 @@ def test_single_uses_the_mean_and_a_pair_takes_precedence() -> None:
     estimator.add_imu(1_000_000_000, [0.0, 0.0, 9.8], [0.0, 0.0, 0.0])
     estimator.add_wheels(1_010_000_000, 0.0, 0.0)
     estimator.add_wheel(1_020_000_000, 0.0)
-    warnings = estimator.step().warnings
-    assert any("messages of left and right wheels" in text for text in warnings)
+    assert any("messages of left and right wheels" in text for text in estimator.step().warnings)
 
 
 # gpr.trigger: traces that the wheel makes, one each so many centimetres and none at a stop, on

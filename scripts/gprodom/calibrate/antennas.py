@@ -92,8 +92,7 @@ def replayed(args: argparse.Namespace, source: Path) -> Drive:
     with temporary_folder() as folder:
         output = folder / "output.lcmlog"
         log = as_log(source, folder, None, channels)
-        settings = [*args.overrides, *SETTINGS]
-        estimate(log, find_method("radar_imu"), args.configs, settings, output)
+        estimate(log, find_method("radar_imu"), args.configs, [*args.overrides, *SETTINGS], output)
         odom = read_estimate(output, "odom", channels=channels).trajectory
         found = logs.read_roles(output, channels.of("displacement")).get("displacement")
     way = float(np.linalg.norm(odom.position[-1] - odom.position[0]))

@@ -222,8 +222,7 @@ def _radar_streams(path: Path, radar: dict[str, _Rows], topics: Topics) -> list[
     made = []
     for id_, (topic, rows) in sorted(antennas.items()):
         time, values, late = _ordered(rows)
-        stream = _gpr_stream(topic, id_, time, values, topics)
-        made.append(replace(stream, out_of_order=late))
+        made.append(replace(_gpr_stream(topic, id_, time, values, topics), out_of_order=late))
     return made
 
 

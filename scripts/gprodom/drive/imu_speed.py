@@ -27,8 +27,7 @@ def imu_speed(imu: Channel, odometry: Channel, mounting: ImuMounting) -> tuple[I
     force = mounting.at_origin(imu)["linear_acceleration"] @ matrix_of(mounting.rpy)[0]
     tilted = GRAVITY * rotation.to_matrix(odometry["orientation"])[:, 2, 0]
     known = np.interp(stamps, clock, tilted + odometry["accel_bias"][:, 0])
-    change = force - known
-    gained = integral(change, stamps)
+    gained = integral(force - known, stamps)
     kept = (clock >= clock[0] + SPAN_S) & (clock <= stamps[-1])
     now, before = clock[kept], clock[kept] - SPAN_S
     speed = np.interp(before, clock, odometry["velocity"][:, 0])

@@ -101,8 +101,7 @@ def run(args: argparse.Namespace) -> int:
     datum = args.datum
     if datum is None and args.frame == "map":
         configured = read_datum(args.configs, args.overrides)
-        others = [args.radar] if args.radar else []
-        datum = datum_of_log(args.log, channels, configured, others)
+        datum = datum_of_log(args.log, channels, configured, [args.radar] if args.radar else [])
     if datum is None and (args.geojson or args.gpx):
         raise UsageError(
             "--geojson and --gpx want --datum LAT,LON, where the frame's origin lies: no fixes "

@@ -60,8 +60,7 @@ def _speeds(make: Messages, drive: Drive) -> Iterator[Entry]:
         kept = np.flatnonzero(np.diff(measured[0] // PERIOD_US))
         yield from _twists(make, "/gprodom/speed/wheel", measured[0][kept], measured[1][kept])
     if "displacement" in drive.log:
-        told = radar_speed(drive.log["displacement"])
-        yield from _twists(make, "/gprodom/speed/radar", *told)
+        yield from _twists(make, "/gprodom/speed/radar", *radar_speed(drive.log["displacement"]))
 
 
 def _twists(make: Messages, topic: str, times: Ints, speeds: Floats) -> Iterator[Entry]:

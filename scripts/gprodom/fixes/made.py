@@ -130,8 +130,7 @@ def with_fault(fixes: Fixes, fault: str, begin: int, end: int, seed: int) -> Fix
 
 def in_degrees(fixes: Fixes) -> Fixes:
     """The same fixes, in `site`, as latitude, longitude and height."""
-    position = DATUM.to_geographic(fixes.position)
-    return replace(fixes, frame=Frame.GEODETIC, position=position)
+    return replace(fixes, frame=Frame.GEODETIC, position=DATUM.to_geographic(fixes.position))
 
 
 # ---- logs ----

@@ -67,8 +67,7 @@ def run(args: argparse.Namespace) -> int:
     if args.fixes is not None:
         if args.picture is not None:
             raise UsageError("--picture wants an estimate, which --fixes prepares")
-        fixes = as_fixes(markers)
-        add_to_log(args.log, args.fixes, [one_stream(channels.position_fix, fixes)])
+        add_to_log(args.log, args.fixes, [one_stream(channels.position_fix, as_fixes(markers))])
         told = {"log": str(args.fixes), "fixes": len(markers)}
         names = {marker.name for marker in markers}
         tell(args.json, told, f"{args.fixes}: {len(markers)} fixes of {len(names)} markers")

@@ -27,8 +27,7 @@ def causal_yaw(
     the IMU's axes, at whatever rotation it is mounted; distance (m,) signed, cumulative, m. Before
     the first standstill the bias counts as zero and gravity is the mean acceleration so far.
     """
-    whole = CausalYaw()
-    return whole.add(imu_time, acceleration, gyro, wheel_time, distance, is_all=True)[1]
+    return CausalYaw().add(imu_time, acceleration, gyro, wheel_time, distance, is_all=True)[1]
 
 
 class CausalYaw:

@@ -138,8 +138,7 @@ def laps_drive(seed: int, laps: int, wander_m: float, abreast_m: float = 0.0) ->
     spec = Spec(replace(route, steps=steps, wander=wander_m), station=None)
     if abreast_m > 0:
         told = [(0.0, abreast_m / 2), (0.0, -abreast_m / 2)]
-        antennas = draw_antennas(told, spec.radar, stream(seed, "antennas"))
-        spec = replace(spec, antennas=antennas)
+        spec = replace(spec, antennas=draw_antennas(told, spec.radar, stream(seed, "antennas")))
     return simulate(spec, seed)
 
 

@@ -295,8 +295,7 @@ class Ground:
             if tile is None or tile.number != number:
                 if tile is not None:
                     self._send(name)
-                blank = np.zeros((len(echoes), TILE_COLUMNS))
-                tile = self._tiles[name] = _Tile(int(number), blank)
+                tile = self._tiles[name] = _Tile(int(number), np.zeros((len(echoes), TILE_COLUMNS)))
             these = columns // TILE_COLUMNS == number
             tile.echoes[:, columns[these] % TILE_COLUMNS] = echoes[:, these]
 

@@ -59,8 +59,7 @@ def log_drive(recorder: Recorder, drive: Drive, mounting: ImuMounting) -> float:
 def _log_speeds(recorder: Recorder, drive: Drive) -> None:
     odometry = drive.log["odometry"]
     rows = _every(odometry["utime"], CURVE_US)
-    speed = odometry["velocity"][rows, 0]
-    recorder.scalars("/speed/estimate", odometry["utime"][rows], speed)
+    recorder.scalars("/speed/estimate", odometry["utime"][rows], odometry["velocity"][rows, 0])
     if has_wheel(drive.sensors):
         wheel = wheel_speed(drive.sensors)
         assert wheel is not None
