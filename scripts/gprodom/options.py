@@ -74,18 +74,19 @@ def add_command(
     name: str,
     summary: str,
     description: str,
-    examples: str,
     run: Callable[[argparse.Namespace], int] | None = None,
 ) -> Parser:
     """A subcommand's parser with house style: summary, description, examples at the end.
 
+    description: with the examples, after a line `examples:`.
     run: does the work and returns the exit code; None where subcommands of its own do.
     """
+    text, head, examples = description.partition("examples:\n")
     parser: Parser = subparsers.add_parser(
         name,
         help=summary,
-        description=description,
-        epilog=f"examples:\n{examples.rstrip()}\n",
+        description=text,
+        epilog=head + examples,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.set_defaults(run=run)

@@ -57,9 +57,8 @@ sequences, and a larger N adds to them.
 
 methods:
 {describe_methods()}
-"""
 
-EXAMPLES = """\
+examples:
   gprodom benchmark data/*.zip -o out
   gprodom benchmark data/*.zip --methods sfm,trace_count -o out --sample-interval beach=3.125e-10
   gprodom benchmark --simulate 200 --methods wheel,imu_wheel,gprodom -o out
@@ -69,9 +68,7 @@ EXAMPLES = """\
 
 def add_parser(subparsers: Subparsers) -> None:
     """Adds the subcommand."""
-    parser = add_command(
-        subparsers, "benchmark", "score methods on sequences", DESCRIPTION, EXAMPLES, run
-    )
+    parser = add_command(subparsers, "benchmark", "score methods on sequences", DESCRIPTION, run)
     parser.add_argument("sources", metavar="SEQ", type=Path, nargs="*", help="sequence or LCM log")
     parser.option(
         "--methods",

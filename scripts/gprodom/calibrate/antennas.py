@@ -24,17 +24,16 @@ LEAST_SHARE = 0.5  # of the way that must lie within passages
 # Revisits would bind the path to itself: the distance is to come from the pair alone.
 SETTINGS = ("graph.enabled=false",)
 
-EXAMPLES = """\
-  gprodom calibrate antennas straight.lcmlog --distance 50 -o antennas.yaml
-  gprodom calibrate antennas there.lcmlog back.lcmlog --distance 50 --sigma 0.005
-"""
-
 DESCRIPTION = """\
 Finds the distance along the track of the antennas in gpr.antennas, which is what two antennas in a
 row measure the way by. Let the robot stand, drive to a place that is a known distance away in a
 straight line, and let it stand again. The estimate by radar and IMU (no wheel message is used) is
 as wrong as the antennas' distance. The uncertainty is from the passages' standard deviations, by
 how much the known distance is sure, and with several recordings at least from their spread.
+
+examples:
+  gprodom calibrate antennas straight.lcmlog --distance 50 -o antennas.yaml
+  gprodom calibrate antennas there.lcmlog back.lcmlog --distance 50 --sigma 0.005
 """
 
 
@@ -112,7 +111,7 @@ def replayed(args: argparse.Namespace, source: Path) -> Drive:
 def add_parser(subjects: Subparsers) -> None:
     """Adds ``calibrate antennas``."""
     parser = add_command(
-        subjects, "antennas", "distance of two antennas in a row", DESCRIPTION, EXAMPLES, run
+        subjects, "antennas", "distance of two antennas in a row", DESCRIPTION, run
     )
     parser.add_argument("sources", metavar="SEQ|LOG", type=Path, nargs="+", help="drive")
     parser.option(

@@ -3,7 +3,10 @@
 from gprodom.calibrate import antennas, imu, k, mount, timing, wheel
 from gprodom.options import Subparsers, add_command
 
-EXAMPLES = """\
+DESCRIPTION = """\
+Finds constants of a robot and a scene in recordings, and says how sure they are.
+
+examples:
   gprodom calibrate wheel drive.lcmlog -o wheel.yaml
   gprodom calibrate imu standstill.lcmlog -o imu.yaml
   gprodom calibrate mount drive.lcmlog -o mount.yaml
@@ -16,11 +19,7 @@ EXAMPLES = """\
 def add_parser(subparsers: Subparsers) -> None:
     """Adds ``calibrate`` and its subjects."""
     parser = add_command(
-        subparsers,
-        "calibrate",
-        "find constants of a robot from recordings",
-        "Finds constants of a robot and a scene in recordings, and says how sure they are.",
-        EXAMPLES,
+        subparsers, "calibrate", "find constants of a robot from recordings", DESCRIPTION
     )
     subjects = parser.add_subparsers(metavar="WHAT", required=True)
     for subject in (wheel, imu, mount, timing, antennas, k):

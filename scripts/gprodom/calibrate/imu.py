@@ -21,11 +21,6 @@ MIN_S = 20.0  # of standstill
 WHITE_S = 1.0  # up to this averaging time the deviation is taken to be white noise's
 FLOOR = 0.664  # of the bias instability, at the Allan deviation's lowest
 
-EXAMPLES = """\
-  gprodom calibrate imu standstill.lcmlog -o imu.yaml --plot allan.png
-  gprodom calibrate imu drive.lcmlog
-"""
-
 DESCRIPTION = """\
 Takes the noise of an IMU from a recording at rest by its overlapping Allan deviation (allantools,
 the extra `calibrate`): the density of the white noise from averaging times up to a second, the
@@ -33,6 +28,10 @@ random walk of the bias from the longest ones. If the recording has a wheel, its
 (the first, else the longest); without a wheel it must be at rest all the time. The random walk
 needs hours; a few minutes give an upper bound only, and the output says so. For the estimator,
 record a robot that stands with its motors on.
+
+examples:
+  gprodom calibrate imu standstill.lcmlog -o imu.yaml --plot allan.png
+  gprodom calibrate imu drive.lcmlog
 """
 
 
@@ -132,9 +131,7 @@ def allan_figure(acceleration: Floats, gyro: Floats, rate: float) -> canvas.Figu
 
 def add_parser(subjects: Subparsers) -> None:
     """Adds ``calibrate imu``."""
-    parser = add_command(
-        subjects, "imu", "noise of the IMU at a standstill", DESCRIPTION, EXAMPLES, run
-    )
+    parser = add_command(subjects, "imu", "noise of the IMU at a standstill", DESCRIPTION, run)
     parser.add_argument("source", metavar="SEQ|LOG", type=Path)
     add_output_option(parser)
     parser.option("--plot", "PICTURE", PictureFile, "of the Allan deviations")

@@ -36,9 +36,8 @@ Fits K, the displacement in metres per unit of shift that a sequential radar fro
 (columns of its matrix; traces for trace_count), on sequences with truth: robust least squares
 (Huber) of the true displacement over each window on the size of its shift. Set the result as
 paper.k. Do not fit it on the sequences that you score, but on others of the same scene.
-"""
 
-EXAMPLES = """\
+examples:
   gprodom calibrate k 1700001000-0-gates_g-cmu-gpr.zip 1700002000-0-gates_g-cmu-gpr.zip
   gprodom calibrate k garage.lcmlog --method dec --json
 """
@@ -120,9 +119,7 @@ def fit_k(shifts: Sequence[Shifts]) -> Fit:
 
 def add_parser(subjects: Subparsers) -> None:
     """Adds ``calibrate k``."""
-    k = add_command(
-        subjects, "k", "displacement per shift of a radar front end", DESCRIPTION, EXAMPLES, run
-    )
+    k = add_command(subjects, "k", "displacement per shift of a radar front end", DESCRIPTION, run)
     k.add_argument("sources", metavar="SEQ|LOG", type=Path, nargs="+", help="sequence with truth")
     k.option("--method", "METHOD", "sfm", "sfm (default), bscan, dec, salient or trace_count")
     add_config_options(k)

@@ -34,10 +34,6 @@ ARM_CLOSE = 1e-3  # rad
 # tilts all parts of a drive alike.
 TILT_BY_BIAS = 0.03 / 9.81
 
-EXAMPLES = """\
-  gprodom calibrate mount drive.lcmlog -o mount.yaml
-"""
-
 DESCRIPTION = """\
 Finds imu.rpy_body_imu. Gravity gives roll and pitch. The forward acceleration (from the wheel's
 speed) and the sideways one (speed times yaw rate) give the yaw. No standstill is needed. Use a
@@ -46,6 +42,9 @@ Where they agree badly, the wheel may be noisy, or late: means over twice the ti
 0.6 s, are tried. Of an IMU beside the origin imu.lever_arm (-c, --set) must be known: what turning
 adds there is taken out. Uncertainties are the spread over parts of the recording;
 those of roll and pitch have the tilt by the accelerometer's bias as well.
+
+examples:
+  gprodom calibrate mount drive.lcmlog -o mount.yaml
 """
 
 
@@ -186,7 +185,7 @@ def rpy_of(R: Floats) -> tuple[float, float, float]:
 
 def add_parser(subjects: Subparsers) -> None:
     """Adds ``calibrate mount``."""
-    parser = add_command(subjects, "mount", "how the IMU is turned", DESCRIPTION, EXAMPLES, run)
+    parser = add_command(subjects, "mount", "how the IMU is turned", DESCRIPTION, run)
     parser.add_argument("source", metavar="SEQ|LOG", type=Path)
     add_config_options(parser)
     add_output_option(parser)

@@ -23,11 +23,6 @@ from gprodom.options import Subparsers, add_command, add_common_options
 GRID_S = 0.01
 SMOOTH_S = 0.35  # window of the polynomial that takes acceleration off the wheel
 
-EXAMPLES = """\
-  gprodom calibrate time drive.lcmlog -o time.yaml
-  gprodom calibrate time pair.lcmlog --antenna 1
-"""
-
 DESCRIPTION = """\
 Finds the time offset of the IMU against the wheel and, if the recording has traces, of the radar
 against the wheel. At each of many lags, the wheel's acceleration is regressed on the three axes of
@@ -37,6 +32,10 @@ the sensors agree with the wheel; the uncertainty is the spread over parts of th
 
 Of several antennas each is compared, by gpr.time_offsets: those that gpr.antennas has, or all of
 the recording. With --antenna that one alone is, and gpr.time_offset is that of all.
+
+examples:
+  gprodom calibrate time drive.lcmlog -o time.yaml
+  gprodom calibrate time pair.lcmlog --antenna 1
 """
 
 
@@ -105,9 +104,7 @@ def _best_lag(wheel: Floats, force: Floats) -> tuple[float, float]:
 
 def add_parser(subjects: Subparsers) -> None:
     """Adds ``calibrate time``."""
-    parser = add_command(
-        subjects, "time", "times between IMU, radar and wheel", DESCRIPTION, EXAMPLES, run
-    )
+    parser = add_command(subjects, "time", "times between IMU, radar and wheel", DESCRIPTION, run)
     parser.add_argument("source", metavar="SEQ|LOG", type=Path)
     parser.option("--antenna", "ID", int, "whose traces (see above)")
     add_output_option(parser)

@@ -24,12 +24,6 @@ MIN_POINTS = 6  # of the truth in a window
 TREAD_M = 0.05  # step of the truth's path, so that millimetres of noise do not add up
 BLOCKS = 8  # of the jackknife
 
-EXAMPLES = """\
-  gprodom calibrate wheel drive.lcmlog -o wheel.yaml
-  gprodom calibrate wheel 1700002000-0-gates_g-cmu-gpr.zip --prism 0.1,0
-  gprodom calibrate wheel car.lcmlog --fit-share 0.5
-"""
-
 DESCRIPTION = """\
 Fits wheel.scale (reported over true distance) and the lateral part of wheel.lever_arm on recordings
 with a truth of positions. In windows of some metres, the path by wheel and gyro is aligned with the
@@ -39,6 +33,11 @@ few. The uncertainty is from a jackknife over blocks of windows.
 
 With --fit-share the fit uses the first part of each recording, and the distance of the rest is
 compared with the truth before and after the calibration.
+
+examples:
+  gprodom calibrate wheel drive.lcmlog -o wheel.yaml
+  gprodom calibrate wheel 1700002000-0-gates_g-cmu-gpr.zip --prism 0.1,0
+  gprodom calibrate wheel car.lcmlog --fit-share 0.5
 """
 
 
@@ -197,9 +196,7 @@ def check_rest(log: logs.Log, truth: Trajectory, share: float, scale: float) -> 
 
 def add_parser(subjects: Subparsers) -> None:
     """Adds ``calibrate wheel``."""
-    parser = add_command(
-        subjects, "wheel", "scale and lever arm of the wheel", DESCRIPTION, EXAMPLES, run
-    )
+    parser = add_command(subjects, "wheel", "scale and lever arm of the wheel", DESCRIPTION, run)
     parser.add_argument("sources", metavar="SEQ|LOG", type=Path, nargs="+", help="log with truth")
     parser.option(
         "--prism",

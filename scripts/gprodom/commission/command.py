@@ -41,9 +41,8 @@ Any drive does. This one of some minutes shows everything:
 --live records a running robot into the file of --record and says what to do next, in these steps,
 by its wheel and its gyro; then it goes on with that file. Enter leaves a step, done or not; Ctrl-C
 ends the recording.
-"""
 
-EXAMPLES = """\
+examples:
   gprodom commission drive.lcmlog --stretch 10 -o robot.yaml --page robot.html
   gprodom commission drive.lcmlog -c robot.yaml --set wheel.drive=differential -o robot2.yaml
   gprodom commission drive.lcmlog --no-replay --json
@@ -56,7 +55,7 @@ def add_parser(subparsers: Subparsers) -> None:
     from gprodom.lcm import DEFAULT_URL
 
     parser = add_command(
-        subparsers, "commission", "the configuration of a new robot", DESCRIPTION, EXAMPLES, run
+        subparsers, "commission", "the configuration of a new robot", DESCRIPTION, run
     )
     parser.add_argument("source", metavar="LOG|SEQ", type=Path, nargs="?")
     parser.flag("--live", "guide a drive, and record it")

@@ -16,15 +16,6 @@ from gprodom.fixes.record import Quality
 from gprodom.lcm.log_writer import Stream, write_log
 from gprodom.options import Subparsers, add_command, add_common_options, add_output
 
-EXAMPLES = """\
-  gprodom convert bag husky.bag -o husky.lcmlog --imu /imu/data \\
-    --wheel /husky_velocity_controller/odom --truth /fix
-  gprodom convert bag run.bag -o run.lcmlog --wheel /odom --truth none --fix /gnss/front
-  gprodom convert bag run.bag --wheel /joint_states --wheel-radius 0.165 -o run.lcmlog \\
-    --left front_left,rear_left --right front_right,rear_right
-  gprodom convert bag run.bag --wheel /odom --track 0.55 -o run.lcmlog
-"""
-
 DESCRIPTION = """\
 Converts a ROS 1 or ROS 2 bag to an LCM log; no ROS is needed. If a topic is not named, the only one
 of a fitting type is used:
@@ -51,12 +42,20 @@ mounted along the robot's axes, set imu.rpy_body_imu in the configuration.
 The status of a NavSatFix gives the quality of a fix: single, of a GBAS one `fixed` where its
 standard deviation is 5 cm or less, else `float`; so is a pose's by its covariance. --fix-quality
 says otherwise. A covariance that is not told is replaced by a conservative one, with a warning.
+
+examples:
+  gprodom convert bag husky.bag -o husky.lcmlog --imu /imu/data \\
+    --wheel /husky_velocity_controller/odom --truth /fix
+  gprodom convert bag run.bag -o run.lcmlog --wheel /odom --truth none --fix /gnss/front
+  gprodom convert bag run.bag --wheel /joint_states --wheel-radius 0.165 -o run.lcmlog \\
+    --left front_left,rear_left --right front_right,rear_right
+  gprodom convert bag run.bag --wheel /odom --track 0.55 -o run.lcmlog
 """
 
 
 def add_parser(formats: Subparsers) -> None:
     """Adds ``convert bag``."""
-    parser = add_command(formats, "bag", "a ROS bag", DESCRIPTION, EXAMPLES, run)
+    parser = add_command(formats, "bag", "a ROS bag", DESCRIPTION, run)
     parser.add_argument("bag", metavar="BAG", type=Path, help="file, or folder of a ROS 2 bag")
     add_output(parser, "LOG", "LCM log")
     for what in ("imu", "wheel", "truth"):

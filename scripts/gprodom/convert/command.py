@@ -14,7 +14,8 @@ from gprodom.convert.summary import as_text, summarise
 from gprodom.lcm.log_writer import write_log
 from gprodom.options import Subparsers, add_command, add_common_options, add_output
 
-CMU_EXAMPLES = """\
+CMU_EXAMPLES = """
+examples:
   gprodom convert cmu 1613063877-0-gates_g-cmu-gpr.zip -o garage.lcmlog
   gprodom convert cmu beach/ -o beach.lcmlog --sample-interval 3.125e-10 --json
 """
@@ -39,12 +40,11 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers,
         "convert",
         "convert a recording to an LCM log",
-        "Converts recordings of other makes to LCM logs.",
-        CMU_EXAMPLES,
+        "Converts recordings of other makes to LCM logs.\n" + CMU_EXAMPLES,
     )
     formats = parser.add_subparsers(metavar="FORMAT", required=True)
     cmu = add_command(
-        formats, "cmu", "a sequence of the CMU-GPR dataset", CMU_DESCRIPTION, CMU_EXAMPLES, run
+        formats, "cmu", "a sequence of the CMU-GPR dataset", CMU_DESCRIPTION + CMU_EXAMPLES, run
     )
     cmu.add_argument("sequence", metavar="SEQ", type=Path, help="directory or zip")
     add_output(cmu, "LOG", "LCM log")

@@ -23,14 +23,6 @@ from gprodom.options import Subparsers, add_command, add_output
 
 WAVE_SPEED = 1e8  # m/s, in dry ground; a third of it in wet
 
-EXAMPLES = """\
-  gprodom convert survey beach_0001_0.iprb -o beach.npz
-  gprodom convert survey line1.DT1 line2.DT1 --aside 0.2 --samples 201 -o field.npz
-  gprodom convert survey wall.dt --spacing 0.004 --sample-interval 2.34e-11 -o wall.npz
-  gprodom convert survey array.dzt --channels 0,1 --aside 0.08 -o array.npz
-  gprodom simulate --ground field.npz --route line --distance 40 -o 1700000000-0-field-cmu-gpr.zip
-"""
-
 DESCRIPTION = """\
 Reads lines of a radar survey: Sensors & Software DT1 (with HD), GSSI DZT, MALA RD3 and RD7 (with
 RAD), Impulse IPRB (with IPRH), IDS DT of one channel. Writes them as ground, over which `gprodom
@@ -39,13 +31,20 @@ parallel lines, each --aside metres to the left of the one before. They are cut 
 must have the same spacing and sampling. Of a DZT of several channels the first is taken, or those
 of --channels, each as a line of its own in the order given. Where a header contradicts itself,
 --spacing or --sample-interval must decide.
+
+examples:
+  gprodom convert survey beach_0001_0.iprb -o beach.npz
+  gprodom convert survey line1.DT1 line2.DT1 --aside 0.2 --samples 201 -o field.npz
+  gprodom convert survey wall.dt --spacing 0.004 --sample-interval 2.34e-11 -o wall.npz
+  gprodom convert survey array.dzt --channels 0,1 --aside 0.08 -o array.npz
+  gprodom simulate --ground field.npz --route line --distance 40 -o 1700000000-0-field-cmu-gpr.zip
 """
 
 
 def add_parser(formats: Subparsers) -> None:
     """Adds ``convert survey``."""
     parser = add_command(
-        formats, "survey", "survey lines, to drive over in simulation", DESCRIPTION, EXAMPLES, run
+        formats, "survey", "survey lines, to drive over in simulation", DESCRIPTION, run
     )
     parser.add_argument(
         "files", metavar="FILE", type=Path, nargs="+", help="survey files, one line each"

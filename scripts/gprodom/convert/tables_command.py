@@ -31,14 +31,6 @@ from gprodom.geodesy import local_positions
 from gprodom.lcm.log_writer import Stream
 from gprodom.options import Subparsers, add_command, add_common_options, add_output, numbers
 
-EXAMPLES = """\
-  gprodom convert tables --accelerometer accelerometer.csv --gyroscope gyroscope.csv \\
-    --wheel-speed wheel_speed.csv --position position.csv -o car.lcmlog
-  gprodom convert tables drive.csv --imu-columns stamp,ax,ay,az,gx,gy,gz --acceleration-unit g \\
-    --rate-unit deg/s --wheel-counts-columns stamp,left,right --counts-per-metre 5200 -o d.lcmlog
-  gprodom convert tables --layout robot.yaml drive.csv -o drive.lcmlog
-"""
-
 DESCRIPTION = (
     """\
 Converts tables (CSV) of a robot's sensors to an LCM log. All may be in one TABLE, or each in a file
@@ -77,6 +69,13 @@ again at zero, or overflows, is carried on. Rows are sorted by time, and repeate
 
 What is plainly not a robot's (g for m/s^2, degrees, counts for a speed, stamps in another unit,
 sensors without a time in common) is refused; what is doubtful is said.
+
+examples:
+  gprodom convert tables --accelerometer accelerometer.csv --gyroscope gyroscope.csv \\
+    --wheel-speed wheel_speed.csv --position position.csv -o car.lcmlog
+  gprodom convert tables drive.csv --imu-columns stamp,ax,ay,az,gx,gy,gz --acceleration-unit g \\
+    --rate-unit deg/s --wheel-counts-columns stamp,left,right --counts-per-metre 5200 -o d.lcmlog
+  gprodom convert tables --layout robot.yaml drive.csv -o drive.lcmlog
 """
 )
 _MAX_GAP = 5.0  # times its median interval, across which the accelerometer is not interpolated
@@ -84,7 +83,7 @@ _MAX_GAP = 5.0  # times its median interval, across which the accelerometer is n
 
 def add_parser(formats: Subparsers) -> None:
     """Adds ``convert tables``."""
-    parser = add_command(formats, "tables", "a robot's own tables", DESCRIPTION, EXAMPLES, run)
+    parser = add_command(formats, "tables", "a robot's own tables", DESCRIPTION, run)
     parser.add_argument("table", metavar="TABLE", type=Path, nargs="?", help="see above")
     add_output(parser, "LOG", "LCM log")
     parser.option("--layout", "YAML", Path, "see above")

@@ -18,9 +18,8 @@ interval. What the drive does not show is not judged: bends show the gyro's sign
 the mounting, clocks and the tick's size. Of several antennas the traces of each are counted and
 judged, and those that the estimator refuses, because gpr.antennas has not their place, are told.
 Exit code 0 where nothing is found, else 1.
-"""
 
-EXAMPLES = """\
+examples:
   gprodom doctor drive.lcmlog
   gprodom doctor drive.lcmlog -c robot.yaml --json
 """
@@ -28,9 +27,7 @@ EXAMPLES = """\
 
 def add_parser(subparsers: Subparsers) -> None:
     """Adds ``doctor``."""
-    parser = add_command(
-        subparsers, "doctor", "what is wrong with a recording", DESCRIPTION, EXAMPLES, run
-    )
+    parser = add_command(subparsers, "doctor", "what is wrong with a recording", DESCRIPTION, run)
     parser.add_argument("source", metavar="LOG|SEQ", type=Path)
     add_sample_interval_option(parser)
     add_common_options(parser)

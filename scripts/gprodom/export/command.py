@@ -20,12 +20,6 @@ from gprodom.options import Subparsers, add_command, add_common_options, numbers
 from gprodom.score.sources import FRAMES, read_estimate
 from gprodom.trajectory import Trajectory, interpolate
 
-EXAMPLES = """\
-  gprodom export out.lcmlog --datum 52.3906,13.0645,40 --geojson path.geojson --gpx path.gpx
-  gprodom export out.lcmlog --radar in.lcmlog --traces traces.csv --segy survey.sgy
-  gprodom export out.lcmlog --radar in.lcmlog --mcap drive.mcap --layout drive.json
-"""
-
 DESCRIPTION = """\
 Writes the estimate in a log of gprodom-replay, `gprodom run -o` or gprodomd:
 
@@ -50,6 +44,11 @@ time, are left out and counted; --antenna leaves out all but one. If OUT has no 
 names the log that has them (and the other sensors, for speeds and dead reckoning). GeoJSON, GPX
 and SEG-Y need pyproj, gpxpy and segyio (the extra `export`; Debian has them), MCAP and bags need
 rosbags (the extra `bag`).
+
+examples:
+  gprodom export out.lcmlog --datum 52.3906,13.0645,40 --geojson path.geojson --gpx path.gpx
+  gprodom export out.lcmlog --radar in.lcmlog --traces traces.csv --segy survey.sgy
+  gprodom export out.lcmlog --radar in.lcmlog --mcap drive.mcap --layout drive.json
 """
 
 Place = tuple[float, float, float]  # m, in body
@@ -73,7 +72,7 @@ def parse_datum(text: str) -> Datum:
 def add_parser(subparsers: Subparsers) -> None:
     """Adds ``export``."""
     parser = add_command(
-        subparsers, "export", "write the estimate for other programs", DESCRIPTION, EXAMPLES, run
+        subparsers, "export", "write the estimate for other programs", DESCRIPTION, run
     )
     parser.add_argument("log", metavar="OUT", type=Path, help="log with the estimate")
     for name in OUTPUTS:

@@ -16,9 +16,8 @@ one model for each trace, and writes them as a compressed npz of int16 for `gpro
 --ground`. Needs the extra `fdtd` of the package. A trace takes about a second on one core, so a
 scene of two lines of 10 m at 2 cm takes about 20 minutes. The lines of garage, basement and floor,
 which come with the package, were made by this command.
-"""
 
-EXAMPLES = """\
+examples:
   gprodom ground config/scenes/basement.yaml -o basement.npz
   gprodom simulate --ground basement.npz --seed 3 -o 1700000000-0-cellar-cmu-gpr.zip
 """
@@ -26,9 +25,7 @@ EXAMPLES = """\
 
 def add_parser(subparsers: Subparsers) -> None:
     """Adds ``ground``."""
-    parser = add_command(
-        subparsers, "ground", "survey lines of a scene by FDTD", DESCRIPTION, EXAMPLES, run
-    )
+    parser = add_command(subparsers, "ground", "survey lines of a scene by FDTD", DESCRIPTION, run)
     parser.add_argument("scene", metavar="SCENE", type=Path, help="YAML file")
     add_output(parser, "FILE", "npz")
     add_json_flag(parser)

@@ -33,9 +33,8 @@ come with the package, and on the sequences SEQ, which must have truth; validate
 are not trained on. Writes the networks as ONNX, a checkpoint of each and record.json. An
 interrupted training goes on where it was. Needs PyTorch in the python3 named by --python (Debian:
 python3-torch); the examples are made first and kept, for a second training.
-"""
 
-EXAMPLES = """\
+examples:
   gprodom learn -o networks
   gprodom learn -o quick --share 0.1 --epochs 2
   gprodom learn -o theirs 1613063428-0-gates_g-cmu-gpr.zip --lines garage,floor
@@ -46,7 +45,7 @@ EXAMPLES = """\
 def add_parser(subparsers: Subparsers) -> None:
     """Adds ``learn``."""
     parser = add_command(
-        subparsers, "learn", "train networks on simulated ground", DESCRIPTION, EXAMPLES, run
+        subparsers, "learn", "train networks on simulated ground", DESCRIPTION, run
     )
     parser.add_argument(
         "sequences", nargs="*", type=Path, metavar="SEQ", help="with truth, to train on as well"

@@ -25,9 +25,8 @@ end it tells how many answers it gave, and how long one took from its message on
 answer of learned_sequential that comes within time.reorder_window, and counts later ones.
 
 To have nothing else of the radar in the estimate, run gprodomd with gpr.front_end=none.
-"""
 
-EXAMPLES = """\
+examples:
   gprodom infer networks --method learned_sequential
   gprodom infer networks --method learned_pair --seconds 60 --json
 """
@@ -37,9 +36,7 @@ def add_parser(subparsers: Subparsers) -> None:
     """Adds ``infer``."""
     from gprodom.lcm import DEFAULT_URL
 
-    parser = add_command(
-        subparsers, "infer", "run a network beside gprodomd", DESCRIPTION, EXAMPLES, run
-    )
+    parser = add_command(subparsers, "infer", "run a network beside gprodomd", DESCRIPTION, run)
     parser.add_argument("networks", type=Path, metavar="DIR", help="that gprodom learn wrote")
     parser.add_argument(
         "--method", choices=("learned_sequential", "learned_pair"), default="learned_sequential"

@@ -75,7 +75,8 @@ FETCH = """\
 Copies maps out of the folder of the service. Needs root.
 """
 
-EXAMPLES = """\
+EXAMPLES = """
+examples:
   gprodom map info ground.map
   gprodom map plot ground.map -o map.png
   gprodom map export ground.map --datum 52.3906,13.0645,40 --geojson paths.geojson
@@ -88,7 +89,7 @@ EXAMPLES = """\
 
 def add_parser(subparsers: Subparsers) -> None:
     """Adds ``map`` and what can be done with one."""
-    parser = add_command(subparsers, "map", "look into map files", DESCRIPTION, EXAMPLES)
+    parser = add_command(subparsers, "map", "look into map files", DESCRIPTION + EXAMPLES)
     works = parser.add_subparsers(metavar="WHAT", required=True)
     _add_info(works)
     _add_plot(works)
@@ -119,20 +120,20 @@ def _add_folder(parser: Parser, kind: type[Path]) -> None:
 
 
 def _add_info(works: Subparsers) -> None:
-    parser = add_command(works, "info", "what is in map files", INFO, EXAMPLES, run_info)
+    parser = add_command(works, "info", "what is in map files", INFO + EXAMPLES, run_info)
     parser.add_argument("files", metavar="FILE", type=Path, nargs="+", help="map file")
     parser.flag("--runs", "list the runs, too (for cut --runs)")
     add_json_flag(parser)
 
 
 def _add_plot(works: Subparsers) -> None:
-    parser = add_command(works, "plot", "a map from above", PLOT, EXAMPLES, run_plot)
+    parser = add_command(works, "plot", "a map from above", PLOT + EXAMPLES, run_plot)
     _add_file(parser)
     add_picture_output(parser)
 
 
 def _add_export(works: Subparsers) -> None:
-    parser = add_command(works, "export", "paths for other programs", EXPORT, EXAMPLES, run_export)
+    parser = add_command(works, "export", "paths for other programs", EXPORT + EXAMPLES, run_export)
     _add_file(parser)
     for name in ("geojson", "csv"):
         parser.option(f"--{name}", "OUT", OutputFile, "see above")
@@ -141,7 +142,7 @@ def _add_export(works: Subparsers) -> None:
 
 
 def _add_cut(works: Subparsers) -> None:
-    parser = add_command(works, "cut", "keep a part of a map", CUT, EXAMPLES, run_cut)
+    parser = add_command(works, "cut", "keep a part of a map", CUT + EXAMPLES, run_cut)
     _add_file(parser)
     parser.option("--runs", "LIST", cut.parse_runs, "runs by number: 0,2-4 (map info)")
     parser.option(
@@ -156,7 +157,7 @@ def _add_cut(works: Subparsers) -> None:
 
 
 def _add_merge(works: Subparsers) -> None:
-    parser = add_command(works, "merge", "two sessions become one map", MERGE, EXAMPLES, run_merge)
+    parser = add_command(works, "merge", "two sessions become one map", MERGE + EXAMPLES, run_merge)
     parser.add_argument("first", metavar="FIRST", type=Path, help="map file, whose frame stays")
     parser.add_argument("second", metavar="SECOND", type=Path, help="map file that joins it")
     add_output(parser, "OUT", "map file")
@@ -164,14 +165,14 @@ def _add_merge(works: Subparsers) -> None:
 
 
 def _add_install(works: Subparsers) -> None:
-    parser = add_command(works, "install", "a map for the service", INSTALL, EXAMPLES, run_install)
+    parser = add_command(works, "install", "a map for the service", INSTALL + EXAMPLES, run_install)
     parser.add_argument("files", metavar="FILE", type=Path, nargs="+", help="map file")
     parser.option("--as", "NAME", str, "its name there (default FILE's)", dest="name")
     _add_folder(parser, OutputFolder)
 
 
 def _add_fetch(works: Subparsers) -> None:
-    parser = add_command(works, "fetch", "a map of the service", FETCH, EXAMPLES, run_fetch)
+    parser = add_command(works, "fetch", "a map of the service", FETCH + EXAMPLES, run_fetch)
     parser.add_argument("names", metavar="NAME", nargs="+", help="map, such as ground")
     parser.add_argument(
         "-o",

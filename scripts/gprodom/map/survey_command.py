@@ -34,9 +34,8 @@ from and to are the times between which the robot stood there: seconds since 197
   otherwise  LOG has an estimate: prints how far it is from each marker (estimate less marker; mean
              over the visit), and --picture draws it. It is compared in site, as a map is that
              fixes have tied; --align se2 turns and moves it first, for one that is not
-"""
 
-EXAMPLES = """\
+examples:
   gprodom map survey markers.csv drive.lcmlog --fixes tied.lcmlog
   gprodom run tied.lcmlog --method gprodom_full -o out.lcmlog
   gprodom map survey markers.csv out.lcmlog --picture residuals.png
@@ -45,7 +44,7 @@ EXAMPLES = """\
 
 def add_survey(works: Subparsers) -> None:
     """Adds ``map survey``."""
-    parser = add_command(works, "survey", "surveyed markers", DESCRIPTION, EXAMPLES, run)
+    parser = add_command(works, "survey", "surveyed markers", DESCRIPTION, run)
     parser.add_argument("markers", metavar="MARKERS", type=Path, help="CSV, see above")
     parser.add_argument("log", metavar="LOG", type=Path, help="LCM log")
     parser.option("--fixes", "OUT", OutputFile, "log with fixes to write")

@@ -31,9 +31,8 @@ the trajectory as it was published (causal), and scores it where --truth is give
 
 methods:
 {describe_methods()}
-"""
 
-EXAMPLES = """\
+examples:
   gprodom run 1700001000-0-gates_g-cmu-gpr.zip --method imu_wheel --tum garage.tum
   gprodom run garage.lcmlog --method gprodom -o out.lcmlog --truth garage.lcmlog
   gprodom run garage.lcmlog --method gprodom --set wheel.scale=0.97 --tum garage.tum
@@ -42,9 +41,7 @@ EXAMPLES = """\
 
 def add_parser(subparsers: Subparsers) -> None:
     """Adds the subcommand."""
-    parser = add_command(
-        subparsers, "run", "run a method on a sequence", DESCRIPTION, EXAMPLES, run
-    )
+    parser = add_command(subparsers, "run", "run a method on a sequence", DESCRIPTION, run)
     parser.add_argument("source", metavar="SEQ|LOG", type=Path, help="sequence or LCM log")
     parser.add_argument("--method", required=True, help="see above")
     add_config_options(parser)

@@ -34,12 +34,22 @@ from gprodom.score.pictures import draw_paths
 from gprodom.score.sources import FRAMES, read_estimate, read_truth
 from gprodom.trajectory import Trajectory
 
-EXAMPLES = """\
+EXAMPLES = """
+examples:
   gprodom plot trajectory wheel.tum imu_wheel.tum --truth garage.zip -o paths.png
   gprodom plot log out.lcmlog --wheel garage.lcmlog -o garage.png
   gprodom plot observability data/*gates_g*.zip -o out
   gprodom plot radar garage.lcmlog --at 40 -o radar.png
   gprodom plot revisits out.lcmlog -o revisits.png
+"""
+
+TRAJECTORY = """\
+Draws trajectories (logs or TUM files) seen from above, over the truth where it is given.
+"""
+
+LOG = """\
+Draws what a log of the estimator says along time: speed beside the wheel's, standard
+deviations, and the flags (standing, slipping and so on); prints the share of each flag.
 """
 
 OBSERVABILITY = """\
@@ -51,7 +61,7 @@ observability.json to DIR and prints the figures.
 
 def add_parser(subparsers: Subparsers) -> None:
     """Adds ``plot`` and its subjects."""
-    parser = add_command(subparsers, "plot", "draw pictures", "Draws pictures.", EXAMPLES)
+    parser = add_command(subparsers, "plot", "draw pictures", "Draws pictures.\n" + EXAMPLES)
     subjects = parser.add_subparsers(metavar="WHAT", required=True)
     _add_trajectory(subjects)
     _add_log(subjects)
@@ -65,8 +75,7 @@ def _add_trajectory(subjects: Subparsers) -> None:
         subjects,
         "trajectory",
         "trajectories seen from above",
-        "Draws trajectories (logs or TUM files) seen from above, over the truth where it is given.",
-        EXAMPLES,
+        TRAJECTORY + EXAMPLES,
         run_trajectory,
     )
     parser.add_argument("estimates", metavar="EST", type=Path, nargs="+", help="log or TUM file")
@@ -86,13 +95,7 @@ def _add_trajectory(subjects: Subparsers) -> None:
 
 def _add_log(subjects: Subparsers) -> None:
     parser = add_command(
-        subjects,
-        "log",
-        "speed, uncertainty and flags along time",
-        "Draws what a log of the estimator says along time: speed beside the wheel's, standard\n"
-        "deviations, and the flags (standing, slipping and so on); prints the share of each flag.",
-        EXAMPLES,
-        run_log,
+        subjects, "log", "speed, uncertainty and flags along time", LOG + EXAMPLES, run_log
     )
     parser.add_argument("log", metavar="LOG", type=Path, help="output of a replay or a recording")
     parser.option(
@@ -110,8 +113,7 @@ def _add_observability(subjects: Subparsers) -> None:
         subjects,
         "observability",
         "what radar windows observe",
-        OBSERVABILITY,
-        EXAMPLES,
+        OBSERVABILITY + EXAMPLES,
         run_observability,
     )
     parser.add_argument(

@@ -22,16 +22,15 @@ MIN_OVERLAP = 0.3
 BEFORE = 600  # traces before the window: what background and amplitude scale are known from
 SCALE_QUANTILE = 0.99
 
-EXAMPLES = """\
-  gprodom plot radar 1700001000-0-gates_g-cmu-gpr.zip --at 40 -o radar.png
-  gprodom plot radar garage.lcmlog --at 40 --window 200 --step 20 -o radar.png
-"""
-
 DESCRIPTION = """\
 Draws a window of radar traces: B as recorded (less its mean trace), B' after details retention,
 the peaks found in it, one trace with its peaks, the feature matrices S of the window and of the one
 --step traces later, and the distance of the two over the shift, with its minimum. Depth is by the
 wave speed.
+
+examples:
+  gprodom plot radar 1700001000-0-gates_g-cmu-gpr.zip --at 40 -o radar.png
+  gprodom plot radar garage.lcmlog --at 40 --window 200 --step 20 -o radar.png
 """
 
 
@@ -152,12 +151,7 @@ def _draw_match(axis: canvas.Axes, one: Window, two: Window, step: int) -> None:
 def add_parser(subjects: Subparsers) -> None:
     """Adds ``plot radar``."""
     parser = add_command(
-        subjects,
-        "radar",
-        "traces, details, peaks, feature matrix, match",
-        DESCRIPTION,
-        EXAMPLES,
-        run,
+        subjects, "radar", "traces, details, peaks, feature matrix, match", DESCRIPTION, run
     )
     parser.add_argument("source", metavar="SEQ|LOG", type=Path)
     add_picture_output(parser)

@@ -17,14 +17,13 @@ from gprodom.options import Subparsers, add_command, add_common_options, add_pic
 from gprodom.score.sources import odometry
 from gprodom.trajectory import Trajectory, interpolate
 
-EXAMPLES = """\
-  gprodom plot revisits out.lcmlog -o revisits.png
-"""
-
 DESCRIPTION = """\
 Draws the revisits (loop closures) of an estimator's log: pairs of places on its path that the radar
 recognised as the same ground (in the same direction, or mirrored), the pairs along time, their
 distance on the path, and the size of the map's corrections. Prints counts.
+
+examples:
+  gprodom plot revisits out.lcmlog -o revisits.png
 """
 
 
@@ -113,9 +112,7 @@ def _held(clock: Floats, size: Floats, end: float) -> tuple[Floats, Floats]:
 
 def add_parser(subjects: Subparsers) -> None:
     """Adds ``plot revisits``."""
-    parser = add_command(
-        subjects, "revisits", "places that the radar knew again", DESCRIPTION, EXAMPLES, run
-    )
+    parser = add_command(subjects, "revisits", "places that the radar knew again", DESCRIPTION, run)
     parser.add_argument("log", metavar="LOG", type=Path, help="output of a replay or a recording")
     add_picture_output(parser)
     add_common_options(parser)

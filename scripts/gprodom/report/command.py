@@ -13,9 +13,8 @@ Writes one HTML page about a drive, from a log of gprodom-replay or a recording 
 and how far, how sure, what went wrong and when, and pictures of the way, of time, of the revisits
 and of the ground. No truth is needed. The page fetches nothing, suits a phone as well as paper
 (four pages), and can be sent as it is. Prints the figures of its first table.
-"""
 
-EXAMPLES = """\
+examples:
   gprodom report recording.lcmlog -o drive.html
   gprodom report out.lcmlog --sensors in.lcmlog -o drive.html
 """
@@ -23,7 +22,7 @@ EXAMPLES = """\
 
 def add_parser(subparsers: Subparsers) -> None:
     """Adds ``report``."""
-    parser = add_command(subparsers, "report", "a page about a drive", DESCRIPTION, EXAMPLES, run)
+    parser = add_command(subparsers, "report", "a page about a drive", DESCRIPTION, run)
     parser.add_argument("log", metavar="LOG", type=Path, help="log with the estimate")
     parser.option(
         "--sensors",

@@ -46,9 +46,8 @@ figures:
                 driven before, which are left out because they are in another frame
   excluded      truth points left out; excluded_s, excluded_m: for how long, and how far the truth
                 travels meanwhile
-"""
 
-EXAMPLES = """\
+examples:
   gprodom score out.lcmlog 1700001000-0-gates_g-cmu-gpr.zip --plot report
   gprodom score estimate.tum truth.tum --align se3 --json
   gprodom score live.lcmlog replay.lcmlog --align none --frame odom
@@ -57,9 +56,7 @@ EXAMPLES = """\
 
 def add_parser(subparsers: Subparsers) -> None:
     """Adds the subcommand."""
-    parser = add_command(
-        subparsers, "score", "compare a trajectory with truth", DESCRIPTION, EXAMPLES, run
-    )
+    parser = add_command(subparsers, "score", "compare a trajectory with truth", DESCRIPTION, run)
     parser.add_argument("estimate", metavar="EST", type=Path, help="trajectory to score")
     parser.add_argument("truth", metavar="TRUTH", type=Path, help="the true trajectory")
     add_align_option(

@@ -23,12 +23,6 @@ from gprodom.simulate.sequence import Spec, SurveySpec, simulate
 from gprodom.simulate.surface import SURFACES
 from gprodom.simulate.wheel import WheelSpec
 
-EXAMPLES = """\
-  gprodom simulate --seed 7 -o 1700000000-0-yard-cmu-gpr.zip
-  gprodom simulate --robot skid_steer --surface gravel --ground none --route loop -o field.lcmlog
-  gprodom simulate --ground basement --route eight --slips 4 -o 1700000000-0-cellar-cmu-gpr
-"""
-
 RAYS, NONE = "rays", "none"
 SPEED = 0.6  # m/s
 FARTHEST = 100.0  # m, as imu.lever_arm
@@ -67,14 +61,17 @@ beside the track as real ground does.
 --lasting adds slip of both sides, or of the one wheel, that lasts: ramps (sets in and ends over 2
 to 8 s, 5 to 35 %, on half of the way), steps (another level every 10 to 60 s), turns (grows with
 curvature and acceleration), or as recorded on gravel or ice.
+
+examples:
+  gprodom simulate --seed 7 -o 1700000000-0-yard-cmu-gpr.zip
+  gprodom simulate --robot skid_steer --surface gravel --ground none --route loop -o field.lcmlog
+  gprodom simulate --ground basement --route eight --slips 4 -o 1700000000-0-cellar-cmu-gpr
 """
 
 
 def add_parser(subparsers: Subparsers) -> None:
     """Adds ``simulate``."""
-    parser = add_command(
-        subparsers, "simulate", "make a sequence from a seed", DESCRIPTION, EXAMPLES, run
-    )
+    parser = add_command(subparsers, "simulate", "make a sequence from a seed", DESCRIPTION, run)
     parser.add_argument("-o", "--output", metavar="OUT", type=Output, required=True)
     parser.option(
         "--seed", "SEED", 0, "seed of all random errors, 0 or more (default: %(default)s)"

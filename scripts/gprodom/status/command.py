@@ -24,9 +24,8 @@ If the output is no terminal (`gprodom status | cat`), prints one line a second.
 
 --once prints one line and ends, with exit code 0 if the daemon is healthy, otherwise 1: degraded,
 failed, or silent for --timeout.
-"""
 
-EXAMPLES = """\
+examples:
   gprodom status
   gprodom status --once || systemctl restart gprodomd
   gprodom status --once --json
@@ -40,9 +39,7 @@ def add_parser(subparsers: Subparsers) -> None:
     """Registers the subcommand."""
     from gprodom.lcm import DEFAULT_URL
 
-    parser = add_command(
-        subparsers, "status", "watch a running gprodomd", DESCRIPTION, EXAMPLES, run
-    )
+    parser = add_command(subparsers, "status", "watch a running gprodomd", DESCRIPTION, run)
     parser.option("--lcm-url", "URL", DEFAULT_URL, "LCM connection (default: %(default)s)")
     parser.flag("--once", "print one line and end")
     parser.option("--timeout", "S", 5.0, "seconds to wait for the daemon, with --once (default: 5)")

@@ -22,9 +22,8 @@ publishes.
 It needs rerun-sdk (the extra `view`; pip install 'gprodom[view]'; Debian has no package of it). Its
 usage statistics are switched off, and it listens on this machine alone unless --address says else.
 -o writes a recording, which colleagues open with `rerun FILE` or `gprodom view FILE.rrd`.
-"""
 
-EXAMPLES = """\
+examples:
   gprodom view recording.lcmlog
   gprodom view out.lcmlog --sensors in.lcmlog --map yesterday.map
   gprodom view out.lcmlog --sensors in.lcmlog -o drive.rrd
@@ -40,12 +39,7 @@ def add_parser(subparsers: Subparsers) -> None:
     from gprodom.lcm import DEFAULT_URL
 
     parser = add_command(
-        subparsers,
-        "view",
-        "a drive on one screen, or a running gprodomd",
-        DESCRIPTION,
-        EXAMPLES,
-        run,
+        subparsers, "view", "a drive on one screen, or a running gprodomd", DESCRIPTION, run
     )
     parser.add_argument(
         "log", metavar="LOG", type=Path, nargs="?", help="log with the estimate, or a .rrd file"
