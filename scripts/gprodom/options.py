@@ -35,6 +35,10 @@ class Parser(argparse.ArgumentParser):
             kind = type(kind)
         self.add_argument(name, metavar=metavar, type=kind, help=what, **more)
 
+    def operand(self, name: str, metavar: str, what: str | None = None, **more: Any) -> None:
+        """A word that stands by itself: a path, where `more` names no other type."""
+        self.add_argument(name, metavar=metavar, help=what, **{"type": Path} | more)
+
     def choice(self, name: str, choices: Iterable[str], default: str | None, what: str) -> None:
         """An option whose value is one of the words `choices`."""
         self.add_argument(name, choices=choices, default=default, help=what)

@@ -69,7 +69,7 @@ examples:
 def add_parser(subparsers: Subparsers) -> None:
     """Adds the subcommand."""
     parser = add_command(subparsers, "benchmark", "score methods on sequences", DESCRIPTION, run)
-    parser.add_argument("sources", metavar="SEQ", type=Path, nargs="*", help="sequence or LCM log")
+    parser.operand("sources", "SEQ", "sequence or LCM log", nargs="*")
     parser.option(
         "--methods",
         "A,B",

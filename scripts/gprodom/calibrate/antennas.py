@@ -113,7 +113,7 @@ def add_parser(subjects: Subparsers) -> None:
     parser = add_command(
         subjects, "antennas", "distance of two antennas in a row", DESCRIPTION, run
     )
-    parser.add_argument("sources", metavar="SEQ|LOG", type=Path, nargs="+", help="drive")
+    parser.operand("sources", "SEQ|LOG", "drive", nargs="+")
     parser.option(
         "--distance",
         "M",

@@ -3,7 +3,6 @@
 import argparse
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -132,7 +131,7 @@ def allan_figure(acceleration: Floats, gyro: Floats, rate: float) -> canvas.Figu
 def add_parser(subjects: Subparsers) -> None:
     """Adds ``calibrate imu``."""
     parser = add_command(subjects, "imu", "noise of the IMU at a standstill", DESCRIPTION, run)
-    parser.add_argument("source", metavar="SEQ|LOG", type=Path)
+    parser.operand("source", "SEQ|LOG")
     add_output_option(parser)
     parser.option("--plot", "PICTURE", PictureFile, "of the Allan deviations")
     add_common_options(parser)

@@ -120,7 +120,7 @@ def fit_k(shifts: Sequence[Shifts]) -> Fit:
 def add_parser(subjects: Subparsers) -> None:
     """Adds ``calibrate k``."""
     k = add_command(subjects, "k", "displacement per shift of a radar front end", DESCRIPTION, run)
-    k.add_argument("sources", metavar="SEQ|LOG", type=Path, nargs="+", help="sequence with truth")
+    k.operand("sources", "SEQ|LOG", "sequence with truth", nargs="+")
     k.option("--method", "METHOD", "sfm", "sfm (default), bscan, dec, salient or trace_count")
     add_config_options(k)
     add_sample_interval_option(k)

@@ -3,7 +3,6 @@
 import argparse
 import math
 from dataclasses import asdict, dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -186,7 +185,7 @@ def rpy_of(R: Floats) -> tuple[float, float, float]:
 def add_parser(subjects: Subparsers) -> None:
     """Adds ``calibrate mount``."""
     parser = add_command(subjects, "mount", "how the IMU is turned", DESCRIPTION, run)
-    parser.add_argument("source", metavar="SEQ|LOG", type=Path)
+    parser.operand("source", "SEQ|LOG")
     add_config_options(parser)
     add_output_option(parser)
     add_json_flag(parser)

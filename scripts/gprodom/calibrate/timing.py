@@ -3,7 +3,6 @@
 import argparse
 import sys
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -105,7 +104,7 @@ def _best_lag(wheel: Floats, force: Floats) -> tuple[float, float]:
 def add_parser(subjects: Subparsers) -> None:
     """Adds ``calibrate time``."""
     parser = add_command(subjects, "time", "times between IMU, radar and wheel", DESCRIPTION, run)
-    parser.add_argument("source", metavar="SEQ|LOG", type=Path)
+    parser.operand("source", "SEQ|LOG")
     parser.option("--antenna", "ID", int, "whose traces (see above)")
     add_output_option(parser)
     add_common_options(parser)

@@ -3,7 +3,6 @@
 import argparse
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -197,7 +196,7 @@ def check_rest(log: logs.Log, truth: Trajectory, share: float, scale: float) -> 
 def add_parser(subjects: Subparsers) -> None:
     """Adds ``calibrate wheel``."""
     parser = add_command(subjects, "wheel", "scale and lever arm of the wheel", DESCRIPTION, run)
-    parser.add_argument("sources", metavar="SEQ|LOG", type=Path, nargs="+", help="log with truth")
+    parser.operand("sources", "SEQ|LOG", "log with truth", nargs="+")
     parser.option(
         "--prism",
         "X,Y",

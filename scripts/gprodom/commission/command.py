@@ -57,7 +57,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(
         subparsers, "commission", "the configuration of a new robot", DESCRIPTION, run
     )
-    parser.add_argument("source", metavar="LOG|SEQ", type=Path, nargs="?")
+    parser.operand("source", "LOG|SEQ", nargs="?")
     parser.flag("--live", "guide a drive, and record it")
     parser.option("--record", "LOG", OutputFile, "what --live records; kept")
     parser.option("--lcm-url", "URL", DEFAULT_URL, "with --live (default %(default)s)")

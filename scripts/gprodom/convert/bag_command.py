@@ -56,7 +56,7 @@ examples:
 def add_parser(formats: Subparsers) -> None:
     """Adds ``convert bag``."""
     parser = add_command(formats, "bag", "a ROS bag", DESCRIPTION, run)
-    parser.add_argument("bag", metavar="BAG", type=Path, help="file, or folder of a ROS 2 bag")
+    parser.operand("bag", "BAG", "file, or folder of a ROS 2 bag")
     add_output(parser, "LOG", "LCM log")
     for what in ("imu", "wheel", "truth"):
         parser.option(f"--{what}", "TOPIC", str, "see above")

@@ -1,7 +1,6 @@
 """``gprodom convert``: recordings of other makes to LCM logs."""
 
 import argparse
-from pathlib import Path
 
 from gprodom.config import read_channels
 from gprodom.console import tell
@@ -46,7 +45,7 @@ def add_parser(subparsers: Subparsers) -> None:
     cmu = add_command(
         formats, "cmu", "a sequence of the CMU-GPR dataset", CMU_DESCRIPTION + CMU_EXAMPLES, run
     )
-    cmu.add_argument("sequence", metavar="SEQ", type=Path, help="directory or zip")
+    cmu.operand("sequence", "SEQ", "directory or zip")
     add_output(cmu, "LOG", "LCM log")
     add_sample_interval_option(cmu)
     add_common_options(cmu)

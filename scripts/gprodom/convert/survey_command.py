@@ -46,9 +46,7 @@ def add_parser(formats: Subparsers) -> None:
     parser = add_command(
         formats, "survey", "survey lines, to drive over in simulation", DESCRIPTION, run
     )
-    parser.add_argument(
-        "files", metavar="FILE", type=Path, nargs="+", help="survey files, one line each"
-    )
+    parser.operand("files", "FILE", "survey files, one line each", nargs="+")
     add_output(parser, "NPZ", "ground to write (npz)")
     parser.option("--aside", "M", 0.2, "distance from line to line (default %(default)s)")
     parser.option(

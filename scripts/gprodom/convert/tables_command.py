@@ -84,7 +84,7 @@ _MAX_GAP = 5.0  # times its median interval, across which the accelerometer is n
 def add_parser(formats: Subparsers) -> None:
     """Adds ``convert tables``."""
     parser = add_command(formats, "tables", "a robot's own tables", DESCRIPTION, run)
-    parser.add_argument("table", metavar="TABLE", type=Path, nargs="?", help="see above")
+    parser.operand("table", "TABLE", "see above", nargs="?")
     add_output(parser, "LOG", "LCM log")
     parser.option("--layout", "YAML", Path, "see above")
     for name in SOURCES:

@@ -2,7 +2,6 @@
 
 import argparse
 from dataclasses import asdict
-from pathlib import Path
 
 from gprodom.config import AUTO, mounting_angles, read_antennas
 from gprodom.console import print_json
@@ -28,7 +27,7 @@ examples:
 def add_parser(subparsers: Subparsers) -> None:
     """Adds ``doctor``."""
     parser = add_command(subparsers, "doctor", "what is wrong with a recording", DESCRIPTION, run)
-    parser.add_argument("source", metavar="LOG|SEQ", type=Path)
+    parser.operand("source", "LOG|SEQ")
     add_sample_interval_option(parser)
     add_common_options(parser)
 

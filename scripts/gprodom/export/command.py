@@ -74,7 +74,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(
         subparsers, "export", "write the estimate for other programs", DESCRIPTION, run
     )
-    parser.add_argument("log", metavar="OUT", type=Path, help="log with the estimate")
+    parser.operand("log", "OUT", "log with the estimate")
     for name in OUTPUTS:
         kind, metavar = (OutputFolder, "FOLDER") if name in FOLDERS else (OutputFile, "FILE")
         parser.option(f"--{name}", metavar, kind, "see above")

@@ -1,7 +1,6 @@
 """``gprodom ground``: survey lines of a scene by FDTD."""
 
 import argparse
-from pathlib import Path
 
 import numpy as np
 
@@ -26,7 +25,7 @@ examples:
 def add_parser(subparsers: Subparsers) -> None:
     """Adds ``ground``."""
     parser = add_command(subparsers, "ground", "survey lines of a scene by FDTD", DESCRIPTION, run)
-    parser.add_argument("scene", metavar="SCENE", type=Path, help="YAML file")
+    parser.operand("scene", "SCENE", "YAML file")
     add_output(parser, "FILE", "npz")
     add_json_flag(parser)
 

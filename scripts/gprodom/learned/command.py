@@ -47,9 +47,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(
         subparsers, "learn", "train networks on simulated ground", DESCRIPTION, run
     )
-    parser.add_argument(
-        "sequences", nargs="*", type=Path, metavar="SEQ", help="with truth, to train on as well"
-    )
+    parser.operand("sequences", "SEQ", "with truth, to train on as well", nargs="*")
     parser.add_argument("-o", "--output", type=OutputFolder, required=True, metavar="DIR")
     parser.option("--seed", "SEED", 1, "of the training (default 1)")
     parser.option("--epochs", "EPOCHS", 4, "passes over all examples (default 4)")

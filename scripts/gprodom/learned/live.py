@@ -6,7 +6,6 @@ import argparse
 import math
 import signal
 import time
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -37,7 +36,7 @@ def add_parser(subparsers: Subparsers) -> None:
     from gprodom.lcm import DEFAULT_URL
 
     parser = add_command(subparsers, "infer", "run a network beside gprodomd", DESCRIPTION, run)
-    parser.add_argument("networks", type=Path, metavar="DIR", help="that gprodom learn wrote")
+    parser.operand("networks", "DIR", "that gprodom learn wrote")
     parser.add_argument(
         "--method", choices=("learned_sequential", "learned_pair"), default="learned_sequential"
     )

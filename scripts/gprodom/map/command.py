@@ -102,7 +102,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def _add_file(parser: Parser) -> None:
-    parser.add_argument("file", metavar="FILE", type=Path, help="map file")
+    parser.operand("file", "FILE", "map file")
 
 
 def _add_number(parser: Parser) -> None:
@@ -121,7 +121,7 @@ def _add_folder(parser: Parser, kind: type[Path]) -> None:
 
 def _add_info(works: Subparsers) -> None:
     parser = add_command(works, "info", "what is in map files", INFO + EXAMPLES, run_info)
-    parser.add_argument("files", metavar="FILE", type=Path, nargs="+", help="map file")
+    parser.operand("files", "FILE", "map file", nargs="+")
     parser.flag("--runs", "list the runs, too (for cut --runs)")
     add_json_flag(parser)
 
@@ -158,22 +158,22 @@ def _add_cut(works: Subparsers) -> None:
 
 def _add_merge(works: Subparsers) -> None:
     parser = add_command(works, "merge", "two sessions become one map", MERGE + EXAMPLES, run_merge)
-    parser.add_argument("first", metavar="FIRST", type=Path, help="map file, whose frame stays")
-    parser.add_argument("second", metavar="SECOND", type=Path, help="map file that joins it")
+    parser.operand("first", "FIRST", "map file, whose frame stays")
+    parser.operand("second", "SECOND", "map file that joins it")
     add_output(parser, "OUT", "map file")
     add_json_flag(parser)
 
 
 def _add_install(works: Subparsers) -> None:
     parser = add_command(works, "install", "a map for the service", INSTALL + EXAMPLES, run_install)
-    parser.add_argument("files", metavar="FILE", type=Path, nargs="+", help="map file")
+    parser.operand("files", "FILE", "map file", nargs="+")
     parser.option("--as", "NAME", str, "its name there (default FILE's)", dest="name")
     _add_folder(parser, OutputFolder)
 
 
 def _add_fetch(works: Subparsers) -> None:
     parser = add_command(works, "fetch", "a map of the service", FETCH + EXAMPLES, run_fetch)
-    parser.add_argument("names", metavar="NAME", nargs="+", help="map, such as ground")
+    parser.operand("names", "NAME", "map, such as ground", nargs="+", type=str)
     parser.add_argument(
         "-o",
         "--output",

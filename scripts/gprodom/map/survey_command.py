@@ -1,7 +1,6 @@
 """``gprodom map survey``: surveyed markers as fixes, and how far an estimate is from them."""
 
 import argparse
-from pathlib import Path
 
 from gprodom import canvas
 from gprodom.config import read_antennas, read_channels, read_datum
@@ -45,8 +44,8 @@ examples:
 def add_survey(works: Subparsers) -> None:
     """Adds ``map survey``."""
     parser = add_command(works, "survey", "surveyed markers", DESCRIPTION, run)
-    parser.add_argument("markers", metavar="MARKERS", type=Path, help="CSV, see above")
-    parser.add_argument("log", metavar="LOG", type=Path, help="LCM log")
+    parser.operand("markers", "MARKERS", "CSV, see above")
+    parser.operand("log", "LOG", "LCM log")
     parser.option("--fixes", "OUT", OutputFile, "log with fixes to write")
     parser.option("--picture", "FILE", PictureFile, "picture to draw")
     parser.choice("--align", ["none", "se2"], "none", "default: %(default)s")

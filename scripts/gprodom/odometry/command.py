@@ -42,7 +42,7 @@ examples:
 def add_parser(subparsers: Subparsers) -> None:
     """Adds the subcommand."""
     parser = add_command(subparsers, "run", "run a method on a sequence", DESCRIPTION, run)
-    parser.add_argument("source", metavar="SEQ|LOG", type=Path, help="sequence or LCM log")
+    parser.operand("source", "SEQ|LOG", "sequence or LCM log")
     parser.add_argument("--method", required=True, help="see above")
     add_config_options(parser)
     add_method_options(parser)

@@ -78,7 +78,7 @@ def _add_trajectory(subjects: Subparsers) -> None:
         TRAJECTORY + EXAMPLES,
         run_trajectory,
     )
-    parser.add_argument("estimates", metavar="EST", type=Path, nargs="+", help="log or TUM file")
+    parser.operand("estimates", "EST", "log or TUM file", nargs="+")
     parser.option("--truth", "TRUTH", Path, "truth, to which the trajectories are aligned")
     parser.option(
         "--labels",
@@ -97,7 +97,7 @@ def _add_log(subjects: Subparsers) -> None:
     parser = add_command(
         subjects, "log", "speed, uncertainty and flags along time", LOG + EXAMPLES, run_log
     )
-    parser.add_argument("log", metavar="LOG", type=Path, help="output of a replay or a recording")
+    parser.operand("log", "LOG", "output of a replay or a recording")
     parser.option(
         "--wheel",
         "LOG",
@@ -116,9 +116,7 @@ def _add_observability(subjects: Subparsers) -> None:
         OBSERVABILITY + EXAMPLES,
         run_observability,
     )
-    parser.add_argument(
-        "sources", metavar="SEQ|LOG", type=Path, nargs="+", help="sequence with truth"
-    )
+    parser.operand("sources", "SEQ|LOG", "sequence with truth", nargs="+")
     parser.option("--methods", "A,B", "sfm,trace_count", "front ends (default sfm,trace_count)")
     add_output(parser, "DIR", "folder for the results", OutputFolder)
     add_config_options(parser)

@@ -2,7 +2,6 @@
 
 import argparse
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -153,7 +152,7 @@ def add_parser(subjects: Subparsers) -> None:
     parser = add_command(
         subjects, "radar", "traces, details, peaks, feature matrix, match", DESCRIPTION, run
     )
-    parser.add_argument("source", metavar="SEQ|LOG", type=Path)
+    parser.operand("source", "SEQ|LOG")
     add_picture_output(parser)
     parser.option("--at", "S", 20.0, "time of the window, from the first trace (default 20)")
     parser.option("--window", "N", 100, "traces in the window (default %(default)s)")

@@ -2,7 +2,6 @@
 
 import argparse
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -113,7 +112,7 @@ def _held(clock: Floats, size: Floats, end: float) -> tuple[Floats, Floats]:
 def add_parser(subjects: Subparsers) -> None:
     """Adds ``plot revisits``."""
     parser = add_command(subjects, "revisits", "places that the radar knew again", DESCRIPTION, run)
-    parser.add_argument("log", metavar="LOG", type=Path, help="output of a replay or a recording")
+    parser.operand("log", "LOG", "output of a replay or a recording")
     add_picture_output(parser)
     add_common_options(parser)
 

@@ -23,7 +23,7 @@ examples:
 def add_parser(subparsers: Subparsers) -> None:
     """Adds ``report``."""
     parser = add_command(subparsers, "report", "a page about a drive", DESCRIPTION, run)
-    parser.add_argument("log", metavar="LOG", type=Path, help="log with the estimate")
+    parser.operand("log", "LOG", "log with the estimate")
     parser.option(
         "--sensors",
         "SEQ|LOG",

@@ -57,8 +57,8 @@ examples:
 def add_parser(subparsers: Subparsers) -> None:
     """Adds the subcommand."""
     parser = add_command(subparsers, "score", "compare a trajectory with truth", DESCRIPTION, run)
-    parser.add_argument("estimate", metavar="EST", type=Path, help="trajectory to score")
-    parser.add_argument("truth", metavar="TRUTH", type=Path, help="the true trajectory")
+    parser.operand("estimate", "EST", "trajectory to score")
+    parser.operand("truth", "TRUTH", "the true trajectory")
     add_align_option(
         parser,
         "how EST is placed in the truth's frame (default se2): not at all; turned about z and "

@@ -41,9 +41,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(
         subparsers, "view", "a drive on one screen, or a running gprodomd", DESCRIPTION, run
     )
-    parser.add_argument(
-        "log", metavar="LOG", type=Path, nargs="?", help="log with the estimate, or a .rrd file"
-    )
+    parser.operand("log", "LOG", "log with the estimate, or a .rrd file", nargs="?")
     parser.flag("--live", "show a running gprodomd")
     parser.option("--sensors", "SEQ|LOG", Path, "the replay's input, where LOG has none")
     parser.option("--map", "MAP", Path, "ground of earlier drives", dest="map_file")
