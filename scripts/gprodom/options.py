@@ -23,9 +23,10 @@ class Parser(argparse.ArgumentParser):
     word for an option where it is not a single number.
     """
 
-    def option(self, name: str, metavar: str, kind: Any, what: str, **more: Any) -> None:
+    def option(self, usage: str, kind: Any, what: str, **more: Any) -> None:
         """An option with a value.
 
+        usage: its name and what stands for the value, as in `--speed M/S`.
         kind: the type of the value, or the default, whose type it then has.
         what: the help.
         more: as `add_argument` takes it.
@@ -33,6 +34,7 @@ class Parser(argparse.ArgumentParser):
         if not callable(kind):
             more |= {"default": kind}
             kind = type(kind)
+        name, metavar = usage.split()
         self.add_argument(name, metavar=metavar, type=kind, help=what, **more)
 
     def operand(self, name: str, metavar: str, what: str | None = None, **more: Any) -> None:
@@ -191,8 +193,7 @@ def add_method_options(parser: Parser) -> None:
     for room in rooms():
         room.add_method_options(parser)
     parser.option(
-        "--pipes",
-        "FILE",
+        "--pipes FILE",
         Path,
         "map of pipes for the method salient (YAML: pipes: [{x: M, depth: M}, ...], and if "
         "known wave_speed: M/S, and length: M of a line that closes)",

@@ -71,8 +71,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(subparsers, "benchmark", "score methods on sequences", DESCRIPTION, run)
     parser.operand("sources", "SEQ", "sequence or LCM log", nargs="*")
     parser.option(
-        "--methods",
-        "A,B",
+        "--methods A,B",
         ",".join(DEFAULT_METHODS),
         "see above (default: all but the signed and the learned ones)",
     )
@@ -85,18 +84,14 @@ def add_parser(subparsers: Subparsers) -> None:
         default=os.cpu_count() or 1,
         help="parallel jobs (default: one per processor)",
     )
-    parser.option("--simulate", "N", 0, "add N simulated sequences")
-    parser.option("--seed", "S", 0, "seed of the first simulated sequence (default 0)")
+    parser.option("--simulate N", 0, "add N simulated sequences")
+    parser.option("--seed S", 0, "seed of the first simulated sequence (default 0)")
     parser.option(
-        "--grounds",
-        "A,B",
-        ",".join((*shipped(), RAYS)),
-        "grounds of --simulate (default %(default)s)",
+        "--grounds A,B", ",".join((*shipped(), RAYS)), "grounds of --simulate (default %(default)s)"
     )
-    parser.option("--distance", "M", 30.0, "distance of --simulate, +-30 %% (default %(default)s)")
+    parser.option("--distance M", 30.0, "distance of --simulate, +-30 %% (default %(default)s)")
     parser.option(
-        "--lasting",
-        "A,B",
+        "--lasting A,B",
         "",
         f"slip of --simulate that lasts, some of {', '.join(KINDS)} (default: none)",
     )
@@ -105,8 +100,7 @@ def add_parser(subparsers: Subparsers) -> None:
     add_align_option(parser)
     add_first_m_option(parser)
     parser.option(
-        "--sample-interval",
-        "[SCENE=]S",
+        "--sample-interval [SCENE=]S",
         parse_interval,
         "seconds between radar samples, of all sequences or of a scene's (default: as "
         "each sequence says, else 2e-10); may be repeated",

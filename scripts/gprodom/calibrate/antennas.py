@@ -115,14 +115,13 @@ def add_parser(subjects: Subparsers) -> None:
     )
     parser.operand("sources", "SEQ|LOG", "drive", nargs="+")
     parser.option(
-        "--distance",
-        "M",
+        "--distance M",
         float,
         "from the first place to the last, in a straight line (m)",
         required=True,
     )
     parser.option(
-        "--sigma", "M", TAPE_M, "standard deviation of that distance (m, default: %(default)s)"
+        "--sigma M", TAPE_M, "standard deviation of that distance (m, default: %(default)s)"
     )
     add_output_option(parser)
     add_common_options(parser)

@@ -133,7 +133,7 @@ def add_parser(subjects: Subparsers) -> None:
     parser = add_command(subjects, "imu", "noise of the IMU at a standstill", DESCRIPTION, run)
     parser.operand("source", "SEQ|LOG")
     add_output_option(parser)
-    parser.option("--plot", "PICTURE", PictureFile, "of the Allan deviations")
+    parser.option("--plot PICTURE", PictureFile, "of the Allan deviations")
     add_common_options(parser)
 
 

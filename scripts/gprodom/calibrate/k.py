@@ -121,7 +121,7 @@ def add_parser(subjects: Subparsers) -> None:
     """Adds ``calibrate k``."""
     k = add_command(subjects, "k", "displacement per shift of a radar front end", DESCRIPTION, run)
     k.operand("sources", "SEQ|LOG", "sequence with truth", nargs="+")
-    k.option("--method", "METHOD", "sfm", "sfm (default), bscan, dec, salient or trace_count")
+    k.option("--method METHOD", "sfm", "sfm (default), bscan, dec, salient or trace_count")
     add_config_options(k)
     add_sample_interval_option(k)
     add_output_option(k)

@@ -105,7 +105,7 @@ def add_parser(subjects: Subparsers) -> None:
     """Adds ``calibrate time``."""
     parser = add_command(subjects, "time", "times between IMU, radar and wheel", DESCRIPTION, run)
     parser.operand("source", "SEQ|LOG")
-    parser.option("--antenna", "ID", int, "whose traces (see above)")
+    parser.option("--antenna ID", int, "whose traces (see above)")
     add_output_option(parser)
     add_common_options(parser)
 

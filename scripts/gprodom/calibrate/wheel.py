@@ -198,13 +198,12 @@ def add_parser(subjects: Subparsers) -> None:
     parser = add_command(subjects, "wheel", "scale and lever arm of the wheel", DESCRIPTION, run)
     parser.operand("sources", "SEQ|LOG", "log with truth", nargs="+")
     parser.option(
-        "--prism",
-        "X,Y",
+        "--prism X,Y",
         point,
         "point whose position the truth measured (body, m)",
         default=(0.0, 0.0),
     )
-    parser.option("--fit-share", "P", 1.0, "see above (default: all)")
+    parser.option("--fit-share P", 1.0, "see above (default: all)")
     add_output_option(parser)
     add_common_options(parser)
 

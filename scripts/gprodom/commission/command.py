@@ -59,13 +59,12 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.operand("source", "LOG|SEQ", nargs="?")
     parser.flag("--live", "guide a drive, and record it")
-    parser.option("--record", "LOG", OutputFile, "what --live records; kept")
-    parser.option("--lcm-url", "URL", DEFAULT_URL, "with --live (default %(default)s)")
+    parser.option("--record LOG", OutputFile, "what --live records; kept")
+    parser.option("--lcm-url URL", DEFAULT_URL, "with --live (default %(default)s)")
     add_output(parser, "YAML", "configuration to write", required=False)
-    parser.option("--page", "HTML", OutputFile, "page to write")
+    parser.option("--page HTML", OutputFile, "page to write")
     parser.option(
-        "--stretch",
-        "M",
+        "--stretch M",
         float,
         "length by tape of the longest straight piece from a standstill to a standstill",
     )

@@ -59,20 +59,20 @@ def add_parser(formats: Subparsers) -> None:
     parser.operand("bag", "BAG", "file, or folder of a ROS 2 bag")
     add_output(parser, "LOG", "LCM log")
     for what in ("imu", "wheel", "truth"):
-        parser.option(f"--{what}", "TOPIC", str, "see above")
-    parser.option("--gpr", "TOPIC", str, "see above", action="append", default=[], dest="radars")
-    parser.option("--fix", "TOPIC", str, "see above", action="append", default=[], dest="fixes")
+        parser.option(f"--{what} TOPIC", str, "see above")
+    parser.option("--gpr TOPIC", str, "see above", action="append", default=[], dest="radars")
+    parser.option("--fix TOPIC", str, "see above", action="append", default=[], dest="fixes")
     parser.choice(
         "--fix-quality",
         [quality.name.lower() for quality in Quality if quality],
         None,
         "quality of all fixes with a position (default: what the messages say)",
     )
-    parser.option("--wheel-radius", "M", 0.0, "radius of the wheel of a joint")
-    parser.option("--joint", "NAME", str, "name of the wheel's joint (default: the first)")
+    parser.option("--wheel-radius M", 0.0, "radius of the wheel of a joint")
+    parser.option("--joint NAME", str, "name of the wheel's joint (default: the first)")
     for side in ("left", "right"):
-        parser.option(f"--{side}", "NAMES", "", f"joints of the {side} side, by commas")
-    parser.option("--track", "M", 0.0, "distance between left and right, as in the robot's driver")
+        parser.option(f"--{side} NAMES", "", f"joints of the {side} side, by commas")
+    parser.option("--track M", 0.0, "distance between left and right, as in the robot's driver")
     add_sample_interval_option(
         parser, "seconds between radar samples (default: what the messages say)"
     )

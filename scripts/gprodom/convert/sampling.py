@@ -90,4 +90,4 @@ def add_sample_interval_option(
     what: str = "seconds between radar samples of a sequence (default: as it says, else 2e-10)",
 ) -> None:
     """``--sample-interval``."""
-    parser.option("--sample-interval", "S", sample_interval, what)
+    parser.option("--sample-interval S", sample_interval, what)

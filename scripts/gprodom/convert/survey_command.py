@@ -48,15 +48,14 @@ def add_parser(formats: Subparsers) -> None:
     )
     parser.operand("files", "FILE", "survey files, one line each", nargs="+")
     add_output(parser, "NPZ", "ground to write (npz)")
-    parser.option("--aside", "M", 0.2, "distance from line to line (default %(default)s)")
+    parser.option("--aside M", 0.2, "distance from line to line (default %(default)s)")
     parser.option(
-        "--channels",
-        "N,..",
+        "--channels N,..",
         channel_numbers,
         "of each file, counted from 0: antennas side by side (default 0)",
     )
-    parser.option("--samples", "N", 0, "keep the first N samples of each trace (default all)")
-    parser.option("--spacing", "M", float, "distance between traces, if the header is wrong")
+    parser.option("--samples N", 0, "keep the first N samples of each trace (default all)")
+    parser.option("--spacing M", float, "distance between traces, if the header is wrong")
     add_sample_interval_option(parser, "seconds between samples, if the header is wrong")
     add_json_flag(parser)
 

@@ -86,51 +86,47 @@ def add_parser(formats: Subparsers) -> None:
     parser = add_command(formats, "tables", "a robot's own tables", DESCRIPTION, run)
     parser.operand("table", "TABLE", "see above", nargs="?")
     add_output(parser, "LOG", "LCM log")
-    parser.option("--layout", "YAML", Path, "see above")
+    parser.option("--layout YAML", Path, "see above")
     for name in SOURCES:
         option = "--" + name.replace("_", "-")
         several: dict[str, Any] = {"action": "append"} if name == "gpr" else {}
-        parser.add_argument(option, metavar="FILE", type=Path, help="see above", **several)
-        parser.option(f"{option}-columns", "TIME,A,..", str, argparse.SUPPRESS)
+        parser.option(f"{option} FILE", Path, "see above", **several)
+        parser.option(f"{option}-columns TIME,A,..", str, argparse.SUPPRESS)
     parser.choice("--time-unit", list(TIME_UNITS), None, "unit of the times (default s)")
     for key, choices in CHOICES.items():
         default = next(iter(choices))
         parser.choice("--" + key.replace("_", "-"), list(choices), None, f"default {default}")
     for side in ("left", "right"):
         parser.option(
-            f"--{side}",
-            "WHEELS",
+            f"--{side} WHEELS",
             numbers("numbers of wheels, from 1", lambda values: min(values) >= 1, int),
             f"wheels of the {side} side by their columns, such as 1,3",
             default=[],
         )
-    parser.option("--counts-per-metre", "N", float, "counts of --wheel-counts per metre")
+    parser.option("--counts-per-metre N", float, "counts of --wheel-counts per metre")
     add_sample_interval_option(parser, "seconds between radar samples (default: the survey file's)")
     parser.option(
-        "--gpr-scale",
-        "N",
+        "--gpr-scale N",
         float,
         "counts per unit of the samples of --gpr, where they are no whole numbers (volts)",
     )
     parser.option(
-        "--gpr-antenna",
-        "COLUMN",
+        "--gpr-antenna COLUMN",
         str,
         "that of --gpr which tells the antenna_id of each trace, with --gpr-columns",
     )
     parser.option(
-        "--channels", "N,..", channel_numbers, "of a survey file given to --gpr (default: all)"
+        "--channels N,..", channel_numbers, "of a survey file given to --gpr (default: all)"
     )
     parser.option(
-        "--fix-sigma",
-        "M",
+        "--fix-sigma M",
         float,
         "standard deviation of each axis of --fix, where its table has no column of it",
     )
     parser.flag(
         "--strict", "refuse a table with a line that cannot be used, instead of leaving it out"
     )
-    parser.option("--delimiter", "C", str, "default: semicolon or tab if there is one, else comma")
+    parser.option("--delimiter C", str, "default: semicolon or tab if there is one, else comma")
     add_common_options(parser)
 
 

@@ -77,11 +77,11 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.operand("log", "OUT", "log with the estimate")
     for name in OUTPUTS:
         kind, metavar = (OutputFolder, "FOLDER") if name in FOLDERS else (OutputFile, "FILE")
-        parser.option(f"--{name}", metavar, kind, "see above")
+        parser.option(f"--{name} {metavar}", kind, "see above")
     parser.choice("--frame", FRAMES, "map", "default %(default)s")
-    parser.option("--datum", "LAT,LON[,HEIGHT[,YAW]]", parse_datum, "see above")
-    parser.option("--radar", "LOG", Path, "log with the radar's traces")
-    parser.option("--antenna", "ID", int, "of --traces and --segy: its traces alone")
+    parser.option("--datum LAT,LON[,HEIGHT[,YAW]]", parse_datum, "see above")
+    parser.option("--radar LOG", Path, "log with the radar's traces")
+    parser.option("--antenna ID", int, "of --traces and --segy: its traces alone")
     add_common_options(parser)
 
 

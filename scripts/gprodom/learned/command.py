@@ -49,20 +49,18 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.operand("sequences", "SEQ", "with truth, to train on as well", nargs="*")
     parser.add_argument("-o", "--output", type=OutputFolder, required=True, metavar="DIR")
-    parser.option("--seed", "SEED", 1, "of the training (default 1)")
-    parser.option("--epochs", "EPOCHS", 4, "passes over all examples (default 4)")
-    parser.option("--share", "0..1", 1.0, "of the grounds (default 1)")
+    parser.option("--seed SEED", 1, "of the training (default 1)")
+    parser.option("--epochs EPOCHS", 4, "passes over all examples (default 4)")
+    parser.option("--share 0..1", 1.0, "of the grounds (default 1)")
     parser.option(
-        "--lines",
-        "A,B",
+        "--lines A,B",
         _lines,
         f"FDTD lines to train on, '' for none (default {','.join(KEPT)})",
         default=KEPT,
     )
-    parser.option("--threads", "THREADS", 2, "of the training (default 2)")
+    parser.option("--threads THREADS", 2, "of the training (default 2)")
     parser.option(
-        "--python",
-        "FILE",
+        "--python FILE",
         Path,
         "that has PyTorch (default %(default)s)",
         default=Path("/usr/bin/python3"),

@@ -32,5 +32,5 @@ COMMANDS = ("gprodom.learned.command", "gprodom.learned.live")
 def add_method_options(parser: Parser) -> None:
     """``--networks``."""
     parser.option(
-        "--networks", "DIR", Path, "folder that gprodom learn wrote, for the learned methods"
+        "--networks DIR", Path, "folder that gprodom learn wrote, for the learned methods"
     )

@@ -106,13 +106,12 @@ def _add_file(parser: Parser) -> None:
 
 
 def _add_number(parser: Parser) -> None:
-    parser.option("--map", "N", int, "number of the map, where the file holds several")
+    parser.option("--map N", int, "number of the map, where the file holds several")
 
 
 def _add_folder(parser: Parser, kind: type[Path]) -> None:
     parser.option(
-        "--folder",
-        "DIR",
+        "--folder DIR",
         kind,
         "state.directory of the service (default %(default)s)",
         default=kind(service.FOLDER),
@@ -136,21 +135,19 @@ def _add_export(works: Subparsers) -> None:
     parser = add_command(works, "export", "paths for other programs", EXPORT + EXAMPLES, run_export)
     _add_file(parser)
     for name in ("geojson", "csv"):
-        parser.option(f"--{name}", "OUT", OutputFile, "see above")
-    parser.option("--datum", "LAT,LON[,HEIGHT[,YAW]]", parse_datum, "see above")
+        parser.option(f"--{name} OUT", OutputFile, "see above")
+    parser.option("--datum LAT,LON[,HEIGHT[,YAW]]", parse_datum, "see above")
     _add_number(parser)
 
 
 def _add_cut(works: Subparsers) -> None:
     parser = add_command(works, "cut", "keep a part of a map", CUT + EXAMPLES, run_cut)
     _add_file(parser)
-    parser.option("--runs", "LIST", cut.parse_runs, "runs by number: 0,2-4 (map info)")
+    parser.option("--runs LIST", cut.parse_runs, "runs by number: 0,2-4 (map info)")
     parser.option(
-        "--distance", "FROM:TO", cut.parse_distance, "m of stored ground from the file's beginning"
+        "--distance FROM:TO", cut.parse_distance, "m of stored ground from the file's beginning"
     )
-    parser.option(
-        "--area", "XMIN,YMIN,XMAX,YMAX", cut.parse_area, "rectangle in the map's frame, m"
-    )
+    parser.option("--area XMIN,YMIN,XMAX,YMAX", cut.parse_area, "rectangle in the map's frame, m")
     _add_number(parser)
     add_output(parser, "OUT", "map file")
     add_json_flag(parser)
@@ -167,7 +164,7 @@ def _add_merge(works: Subparsers) -> None:
 def _add_install(works: Subparsers) -> None:
     parser = add_command(works, "install", "a map for the service", INSTALL + EXAMPLES, run_install)
     parser.operand("files", "FILE", "map file", nargs="+")
-    parser.option("--as", "NAME", str, "its name there (default FILE's)", dest="name")
+    parser.option("--as NAME", str, "its name there (default FILE's)", dest="name")
     _add_folder(parser, OutputFolder)
 
 

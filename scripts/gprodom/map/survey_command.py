@@ -46,12 +46,11 @@ def add_survey(works: Subparsers) -> None:
     parser = add_command(works, "survey", "surveyed markers", DESCRIPTION, run)
     parser.operand("markers", "MARKERS", "CSV, see above")
     parser.operand("log", "LOG", "LCM log")
-    parser.option("--fixes", "OUT", OutputFile, "log with fixes to write")
-    parser.option("--picture", "FILE", PictureFile, "picture to draw")
+    parser.option("--fixes OUT", OutputFile, "log with fixes to write")
+    parser.option("--picture FILE", PictureFile, "picture to draw")
     parser.choice("--align", ["none", "se2"], "none", "default: %(default)s")
     parser.option(
-        "--datum",
-        "LAT,LON[,HEIGHT]",
+        "--datum LAT,LON[,HEIGHT]",
         parse_datum,
         "where site lies, for markers in degrees (default: what LOG or anchor.datum tells)",
     )

@@ -46,15 +46,12 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("--method", required=True, help="see above")
     add_config_options(parser)
     add_method_options(parser)
-    parser.option("--tum", "FILE", OutputFile, "file for the trajectory")
+    parser.option("--tum FILE", OutputFile, "file for the trajectory")
     parser.option(
-        "--smoothed",
-        "FILE",
-        OutputFile,
-        "file for every state from one solution over all data (TUM)",
+        "--smoothed FILE", OutputFile, "file for every state from one solution over all data (TUM)"
     )
     add_output(parser, "LOG", "file for the replay's log", required=False)
-    parser.option("--truth", "TRUTH", Path, "score against this (as gprodom score does)")
+    parser.option("--truth TRUTH", Path, "score against this (as gprodom score does)")
     add_align_option(parser)
     add_sample_interval_option(parser)
     add_json_flag(parser)

@@ -79,10 +79,9 @@ def _add_trajectory(subjects: Subparsers) -> None:
         run_trajectory,
     )
     parser.operand("estimates", "EST", "log or TUM file", nargs="+")
-    parser.option("--truth", "TRUTH", Path, "truth, to which the trajectories are aligned")
+    parser.option("--truth TRUTH", Path, "truth, to which the trajectories are aligned")
     parser.option(
-        "--labels",
-        "A,B",
+        "--labels A,B",
         str,
         "names of the trajectories in the legend (default: the methods that the files are "
         "named by, else estimate 1 and so on, in the order given)",
@@ -99,10 +98,7 @@ def _add_log(subjects: Subparsers) -> None:
     )
     parser.operand("log", "LOG", "output of a replay or a recording")
     parser.option(
-        "--wheel",
-        "LOG",
-        Path,
-        "log with the wheel's speed: the replay's input (its output has none)",
+        "--wheel LOG", Path, "log with the wheel's speed: the replay's input (its output has none)"
     )
     add_picture_output(parser)
     add_common_options(parser)
@@ -117,7 +113,7 @@ def _add_observability(subjects: Subparsers) -> None:
         run_observability,
     )
     parser.operand("sources", "SEQ|LOG", "sequence with truth", nargs="+")
-    parser.option("--methods", "A,B", "sfm,trace_count", "front ends (default sfm,trace_count)")
+    parser.option("--methods A,B", "sfm,trace_count", "front ends (default sfm,trace_count)")
     add_output(parser, "DIR", "folder for the results", OutputFolder)
     add_config_options(parser)
     add_sample_interval_option(parser)

@@ -25,8 +25,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(subparsers, "report", "a page about a drive", DESCRIPTION, run)
     parser.operand("log", "LOG", "log with the estimate")
     parser.option(
-        "--sensors",
-        "SEQ|LOG",
+        "--sensors SEQ|LOG",
         Path,
         "the replay's input, where LOG has no sensor data (as the output of a replay): for "
         "the wheel's speed, dead reckoning and the ground",

@@ -99,5 +99,5 @@ def add_align_option(
 def add_first_m_option(parser: Parser) -> None:
     """``--first-m``."""
     parser.option(
-        "--first-m", "M", FIRST_M, f"metres that --align first aligns by (default {FIRST_M:g})"
+        "--first-m M", FIRST_M, f"metres that --align first aligns by (default {FIRST_M:g})"
     )

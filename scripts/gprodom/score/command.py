@@ -66,8 +66,7 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     add_first_m_option(parser)
     parser.option(
-        "--prism",
-        "X,Y,Z",
+        "--prism X,Y,Z",
         numbers("three numbers X,Y,Z", lambda values: len(values) == 3),
         "point whose position the truth measured (m, body frame; default 0,0,0)",
     )
@@ -75,7 +74,7 @@ def add_parser(subparsers: Subparsers) -> None:
     add_truth_error(parser)
     add_common_options(parser)
     parser.option(
-        "--plot", "DIR", OutputFolder, "folder for trajectory.png, error.png and report.html"
+        "--plot DIR", OutputFolder, "folder for trajectory.png, error.png and report.html"
     )
 
 
@@ -83,15 +82,13 @@ def add_truth_error(parser: Parser) -> None:
     """``--truth-sigma`` and ``--truth-delay-sigma``."""
     exact = TruthError()
     parser.option(
-        "--truth-sigma",
-        "M",
+        "--truth-sigma M",
         exact.sigma_m,
         "noise of the truth, of each coordinate (m, one standard deviation; default "
         f"{exact.sigma_m:g}, a total station's); counts in the NEES",
     )
     parser.option(
-        "--truth-delay-sigma",
-        "S",
+        "--truth-delay-sigma S",
         exact.delay_sigma_s,
         "offset of the truth's clock (s, one standard deviation; default 0)",
     )

@@ -73,47 +73,41 @@ def add_parser(subparsers: Subparsers) -> None:
     """Adds ``simulate``."""
     parser = add_command(subparsers, "simulate", "make a sequence from a seed", DESCRIPTION, run)
     parser.add_argument("-o", "--output", metavar="OUT", type=Output, required=True)
-    parser.option(
-        "--seed", "SEED", 0, "seed of all random errors, 0 or more (default: %(default)s)"
-    )
+    parser.option("--seed SEED", 0, "seed of all random errors, 0 or more (default: %(default)s)")
     parser.choice(
         "--route",
         ROUTES,
         "line",
         "default: %(default)s, with reversals; eight: figure of eight; stops: at many places",
     )
-    parser.option("--distance", "M", 30.0, "default: %(default)s")
-    parser.option("--speed", "M/S", float, "top speed (default: 0.6, or the robot's own)")
+    parser.option("--distance M", 30.0, "default: %(default)s")
+    parser.option("--speed M/S", float, "top speed (default: 0.6, or the robot's own)")
     parser.choice("--robot", sorted(KINDS), None, "see above")
     parser.choice(
         "--surface", sorted(SURFACES), None, "surface that the robot drives on (default: floor)"
     )
-    parser.option("--standstill", "S", 6.0, "standstill at the start (default: %(default)s)")
-    parser.option("--slips", "N", 0, "slip or skid episodes (default: 0)")
+    parser.option("--standstill S", 6.0, "standstill at the start (default: %(default)s)")
+    parser.option("--slips N", 0, "slip or skid episodes (default: 0)")
     parser.option(
-        "--lasting",
-        "KIND",
+        "--lasting KIND",
         "",
         f"slip that lasts for seconds to minutes: {', '.join(lasting.KINDS)} (default: none)",
         choices=lasting.KINDS,
     )
     parser.option(
-        "--ground",
-        "NAME|FILE",
+        "--ground NAME|FILE",
         RAYS,
         f"{', '.join(shipped())}, a file of `gprodom ground`, {RAYS} or {NONE} (no radar; "
         "default: %(default)s)",
     )
     parser.option(
-        "--antenna",
-        "X,Y",
+        "--antenna X,Y",
         point,
         "the radar's middle in body, m (default: 0,0); again for each further antenna",
         action="append",
     )
     parser.option(
-        "--trigger-distance",
-        "M",
+        "--trigger-distance M",
         0.0,
         "the wheel makes a trace each M metres that it counts, slip included, and none at "
         "rest (default: a clock, 20 traces/s)",
@@ -123,18 +117,16 @@ def add_parser(subparsers: Subparsers) -> None:
         ("prism", "the total station's prism"),
     ):
         parser.option(
-            f"--{name}", "X,Y", point, f"{what} in body, m (default: 0,0)", default=(0.0, 0.0)
+            f"--{name} X,Y", point, f"{what} in body, m (default: 0,0)", default=(0.0, 0.0)
         )
     parser.option(
-        "--imu",
-        "X,Y,Z",
+        "--imu X,Y,Z",
         _place,
         "the IMU's place in body, m: turning adds accelerations there (default: 0,0,0)",
         default=(0.0, 0.0, 0.0),
     )
     parser.option(
-        "--pipes",
-        "FILE",
+        "--pipes FILE",
         Path,
         f"pipes across the x axis in ground {RAYS}, as gprodom run --pipes reads them (those "
         "of other ground are in its scene)",

@@ -40,9 +40,9 @@ def add_parser(subparsers: Subparsers) -> None:
     from gprodom.lcm import DEFAULT_URL
 
     parser = add_command(subparsers, "status", "watch a running gprodomd", DESCRIPTION, run)
-    parser.option("--lcm-url", "URL", DEFAULT_URL, "LCM connection (default: %(default)s)")
+    parser.option("--lcm-url URL", DEFAULT_URL, "LCM connection (default: %(default)s)")
     parser.flag("--once", "print one line and end")
-    parser.option("--timeout", "S", 5.0, "seconds to wait for the daemon, with --once (default: 5)")
+    parser.option("--timeout S", 5.0, "seconds to wait for the daemon, with --once (default: 5)")
     add_json_flag(parser)
 
 

@@ -43,15 +43,14 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.operand("log", "LOG", "log with the estimate, or a .rrd file", nargs="?")
     parser.flag("--live", "show a running gprodomd")
-    parser.option("--sensors", "SEQ|LOG", Path, "the replay's input, where LOG has none")
-    parser.option("--map", "MAP", Path, "ground of earlier drives", dest="map_file")
-    parser.option("--map-number", "N", int, "map of that file, of several")
+    parser.option("--sensors SEQ|LOG", Path, "the replay's input, where LOG has none")
+    parser.option("--map MAP", Path, "ground of earlier drives", dest="map_file")
+    parser.option("--map-number N", int, "map of that file, of several")
     add_output(parser, "FILE.rrd", "write this, show nothing", required=False)
     parser.flag("--web", "for a browser, in place of a window")
-    parser.option("--web-port", "N", WEB_PORT, "default %(default)s")
+    parser.option("--web-port N", WEB_PORT, "default %(default)s")
     parser.option(
-        "--address",
-        "IP",
+        "--address IP",
         "127.0.0.1",
         "address to listen on (default %(default)s: this machine alone)",
     )
@@ -61,7 +60,7 @@ def add_parser(subparsers: Subparsers) -> None:
         None,
         "of the window; vulkan with mesa-vulkan-drivers needs no graphics card",
     )
-    parser.option("--lcm-url", "URL", DEFAULT_URL, "with --live (default %(default)s)")
+    parser.option("--lcm-url URL", DEFAULT_URL, "with --live (default %(default)s)")
     add_config_options(parser)
 
 
