@@ -14,6 +14,7 @@ from gprodom.console import Progress, format_table, print_json
 from gprodom.convert.sampling import add_sample_interval_option
 from gprodom.errors import Error, UsageError
 from gprodom.files import OutputFile, replacing, temporary_folder, write_text
+from gprodom.lcm import DEFAULT_URL, connect, logs
 from gprodom.options import Subparsers, add_command, add_common_options, add_output
 from gprodom.trajectory import Trajectory
 
@@ -52,8 +53,6 @@ examples:
 
 def add_parser(subparsers: Subparsers) -> None:
     """Adds ``commission``."""
-    from gprodom.lcm import DEFAULT_URL
-
     parser = add_command(
         subparsers, "commission", "the configuration of a new robot", DESCRIPTION, run
     )
@@ -79,7 +78,6 @@ def add_parser(subparsers: Subparsers) -> None:
 def run(args: argparse.Namespace) -> int:
     """Finds, writes, compares, tells."""
     from gprodom.commission.find import commission
-    from gprodom.lcm import logs
     from gprodom.odometry.dead_reckoning import has_wheel
     from gprodom.odometry.estimate import as_log
     from gprodom.odometry.settings import printed_settings, read_settings
@@ -118,7 +116,6 @@ def run(args: argparse.Namespace) -> int:
 def _record(args: argparse.Namespace, channels: Channels) -> Path:
     """The recording of a guided drive."""
     from gprodom.commission.live import record
-    from gprodom.lcm import connect
 
     at_terminal = sys.stderr.isatty()
 

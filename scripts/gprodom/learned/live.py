@@ -1,21 +1,20 @@
 """``gprodom infer``: a network beside a running gprodomd."""
 
-from __future__ import annotations
-
 import argparse
 import math
 import signal
 import time
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from gprodom import rotation
+from gprodom.config import read_channels
 from gprodom.console import add_json_flag, tell
+from gprodom.lcm import DEFAULT_URL, connect
+from gprodom.lcm.answers import Answer, Teller, encoded
+from gprodom.lcm.messages import message
 from gprodom.options import Subparsers, add_command, add_config_options
-
-if TYPE_CHECKING:
-    from gprodom.lcm.answers import Answer, Teller
 
 DESCRIPTION = """\
 Hears the traces of a radar and the odometry of a running gprodomd, and sends what a network says of
@@ -33,8 +32,6 @@ examples:
 
 def add_parser(subparsers: Subparsers) -> None:
     """Adds ``infer``."""
-    from gprodom.lcm import DEFAULT_URL
-
     parser = add_command(subparsers, "infer", "run a network beside gprodomd", DESCRIPTION, run)
     parser.operand("networks", "DIR", "that gprodom learn wrote")
     parser.add_argument(
@@ -57,8 +54,6 @@ class Inference:
 
     def take_trace(self, _channel: str, data: bytes) -> None:
         """Hears a gpr_trace_t."""
-        from gprodom.lcm.messages import message
-
         begun = time.monotonic()
         trace = message("gpr_trace_t").decode(data)
         if self._antenna is None:
@@ -70,8 +65,6 @@ class Inference:
 
     def take_odometry(self, _channel: str, data: bytes) -> None:
         """Hears an odometry_t."""
-        from gprodom.lcm.messages import message
-
         begun = time.monotonic()
         pose = message("odometry_t").decode(data)
         yaw = float(rotation.yaw_of(pose.orientation))
@@ -79,8 +72,6 @@ class Inference:
         self._send(self._teller.pose(pose.utime, x, y, yaw), begun)
 
     def _send(self, answers: list[Answer], begun: float) -> None:
-        from gprodom.lcm.answers import encoded
-
         for answer in answers:
             self._lcm.publish(self._channel, encoded(answer))
             self.took_s.append(time.monotonic() - begun)
@@ -95,8 +86,6 @@ class Inference:
 
 def run(args: argparse.Namespace) -> int:
     """Runs the subcommand."""
-    from gprodom.config import read_channels
-    from gprodom.lcm import connect
     from gprodom.learned.answers import TELLERS
 
     channels = read_channels(args.configs, args.overrides)

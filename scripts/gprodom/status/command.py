@@ -1,19 +1,14 @@
 """``gprodom status``."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 import time
-from typing import TYPE_CHECKING
 
 from gprodom.console import add_json_flag, tell
 from gprodom.errors import Error, UsageError
+from gprodom.lcm import DEFAULT_URL, LCM, connect
 from gprodom.options import Subparsers, add_command
-
-if TYPE_CHECKING:
-    from gprodom.lcm import LCM
-    from gprodom.status.heard import Heard
+from gprodom.status.heard import Heard, figures
 
 DESCRIPTION = """\
 Shows what a running gprodomd is doing, until interrupted: health and its reasons, the estimate with
@@ -37,8 +32,6 @@ SETTLE_S = 1.2  # after the first message, so that rates are worth something
 
 def add_parser(subparsers: Subparsers) -> None:
     """Registers the subcommand."""
-    from gprodom.lcm import DEFAULT_URL
-
     parser = add_command(subparsers, "status", "watch a running gprodomd", DESCRIPTION, run)
     parser.option("--lcm-url URL", DEFAULT_URL, "LCM connection (default: %(default)s)")
     parser.flag("--once", "print one line and end")
@@ -48,9 +41,6 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Exit code: with --once 0 where healthy, 1 where not."""
-    from gprodom.lcm import connect
-    from gprodom.status.heard import Heard
-
     if args.json and not args.once:
         raise UsageError("--json goes with --once")
     lcm = connect(args.lcm_url)
@@ -62,7 +52,6 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _once(args: argparse.Namespace, lcm: LCM, heard: Heard) -> int:
-    from gprodom.status.heard import figures
     from gprodom.status.view import line
 
     started = time.monotonic()

@@ -8,8 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from gprodom.config import Channels, read_channels
+from gprodom.drive.imu_mounting import read_mounting
 from gprodom.errors import UsageError
 from gprodom.files import replacing, temporary_folder
+from gprodom.lcm import DEFAULT_URL, connect
 from gprodom.options import Subparsers, add_command, add_config_options, add_output
 
 DESCRIPTION = """\
@@ -36,8 +38,6 @@ WEB_PORT = 9090
 
 def add_parser(subparsers: Subparsers) -> None:
     """Adds ``view``."""
-    from gprodom.lcm import DEFAULT_URL
-
     parser = add_command(
         subparsers, "view", "a drive on one screen, or a running gprodomd", DESCRIPTION, run
     )
@@ -91,7 +91,6 @@ def run(args: argparse.Namespace) -> int:
 
 def write(args: argparse.Namespace, channels: Channels, path: Path) -> None:
     """The recording of a log."""
-    from gprodom.drive.imu_mounting import read_mounting
     from gprodom.drive.log import read_drive
     from gprodom.view.layout import for_drive
     from gprodom.view.log import log_drive
@@ -128,8 +127,6 @@ def _show(args: argparse.Namespace, recording: Path, environment: dict[str, str]
 
 
 def _live(args: argparse.Namespace, channels: Channels, environment: dict[str, str]) -> int:
-    from gprodom.drive.imu_mounting import read_mounting
-    from gprodom.lcm import connect
     from gprodom.view.layout import for_live
     from gprodom.view.live import ROLES, Live, interruptions, listen
     from gprodom.view.record import Recorder, new_stream

@@ -5,8 +5,6 @@ what was kept is decoded and sent twice a second, a whole array at a time. So th
 few percent of a core.
 """
 
-from __future__ import annotations
-
 import signal
 import struct
 from collections.abc import Callable, Iterator, Mapping
@@ -14,7 +12,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from threading import Event
 from time import monotonic, sleep
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -26,7 +24,7 @@ from gprodom.drive.imu_speed import imu_speed
 from gprodom.drive.log import turned_onto
 from gprodom.drive.radargram import SHOWN_RMS, of_one_antenna
 from gprodom.errors import Error
-from gprodom.lcm import wire
+from gprodom.lcm import LCM, wire
 from gprodom.lcm.constants import flag, health
 from gprodom.lcm.logs import Channel
 from gprodom.lcm.messages import by_fingerprint, message
@@ -38,9 +36,6 @@ from gprodom.view.ground import TILE_COLUMNS, AlongWay, ByTime, as_bytes
 from gprodom.view.log import FLAG_LANES, LEAST_PERIOD_S
 from gprodom.view.reckoning import Reckoning
 from gprodom.view.record import ON, Recorder
-
-if TYPE_CHECKING:
-    from gprodom.lcm import LCM
 
 SEND_S = 0.5  # between two times that what was kept is sent
 TAKE_S = 0.05  # between two times that what has come is taken, and to an interruption, at most
