@@ -69,11 +69,9 @@ def _draw_sigmas(
     metres = np.sqrt(np.maximum(variance[:, 0, 0] + variance[:, 1, 1], 0))
     degrees = np.degrees(np.sqrt(np.maximum(variance[:, 5, 5], 0)))
     position.plot(seconds, metres, color=canvas.COLOURS[0], lw=1.0)
-    position.set_ylabel("position σ\nin odom (m)")
+    position.set(ylabel="position σ\nin odom (m)", ylim=(0, None))
     heading.plot(seconds, degrees, color=canvas.COLOURS[2], lw=1.0)
-    heading.set_ylabel("heading σ\nin odom (°)")
-    for axis in (position, heading):
-        axis.set_ylim(bottom=0)
+    heading.set(ylabel="heading σ\nin odom (°)", ylim=(0, None))
 
 
 def _draw_flags(axis: canvas.Axes, flags: Ints, seconds: Floats) -> None:
@@ -83,8 +81,7 @@ def _draw_flags(axis: canvas.Axes, flags: Ints, seconds: Floats) -> None:
         bars = stretches(seconds, (flags & bit) != 0, 0.0)
         colour = canvas.COLOURS[5] if name == "standing" else canvas.COLOURS[4]
         axis.broken_barh(bars, (row - 0.35, 0.7), color=colour)
-    axis.set_yticks(range(len(bits)), list(bits))
-    axis.set_ylim(len(bits) - 0.5, -0.5)
+    axis.set(yticks=range(len(bits)), yticklabels=list(bits), ylim=(len(bits) - 0.5, -0.5))
 
 
 def flag_shares(log: logs.Log) -> dict[str, float]:

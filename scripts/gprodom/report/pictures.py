@@ -131,11 +131,9 @@ def time_figure(drive: Drive, narrow: bool) -> canvas.Figure:
     rows = thinned(len(path))
     clock = drive.clock(path.time[rows])
     position.plot(clock, position_sigma(path)[rows], color=BLUE, lw=1.0)
-    position.set_ylabel("position\nσ (m)")
+    position.set(ylabel="position\nσ (m)", ylim=(0, None))
     heading.plot(clock, np.degrees(yaw_sigma(path)[rows]), color=GREEN, lw=1.0)
-    heading.set_ylabel("heading\nσ (°)")
-    for axis in (position, heading):
-        axis.set_ylim(bottom=0)
+    heading.set(ylabel="heading\nσ (°)", ylim=(0, None))
     _draw_strips(strips, drive)
     strips.set(xlabel="time (s)", xlim=(0, max(drive.seconds, SPEED_SPAN_S)))
     figure.align_ylabels(axes)
@@ -160,8 +158,7 @@ def _draw_strips(axis: canvas.Axes, drive: Drive) -> None:
     if len(known):
         axis.vlines(known, len(names) - 0.35, len(names) + 0.35, color=PINK, lw=0.6)
         names.append("revisits")
-    axis.set_yticks(range(len(names)), names)
-    axis.set_ylim(len(names) - 0.5, -0.5)
+    axis.set(yticks=range(len(names)), yticklabels=names, ylim=(len(names) - 0.5, -0.5))
     axis.grid(False, axis="y")
 
 
