@@ -63,14 +63,10 @@ def conjugate(q: Floats) -> Floats:
 
 
 def to_vector(q: Floats) -> Floats:
-    """Rotation vectors (..., 3; rad, angle at most pi) of unit quaternions (..., 4)."""
-    q = np.asarray(q, dtype=float)
-    q = np.where(q[..., :1] < 0, -q, q)
-    norm = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
-    angle = 2 * np.arctan2(norm, q[..., :1])
-    # Near zero, angle / norm tends to 2 / w.
-    ratio = np.where(norm > 1e-12, angle / np.maximum(norm, 1e-300), 2.0)
-    return np.asarray(ratio * q[..., 1:])
+    """Rotation vectors (n, 3) or (3,), rad, at most pi long, of quaternions (n, 4) or (4,)."""
+    from scipy.spatial.transform import Rotation
+
+    return np.asarray(Rotation.from_quat(np.roll(q, -1, axis=-1)).as_rotvec())
 
 
 def yaw_of(q: Floats) -> Floats:
