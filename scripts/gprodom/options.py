@@ -49,6 +49,23 @@ class Parser(argparse.ArgumentParser):
         """An option without a value: False where it is not given."""
         self.add_argument(name, action="store_true", help=what)
 
+    def output(
+        self, metavar: str, what: str, kind: type[Output] = OutputFile, required: bool = True
+    ) -> None:
+        """``-o``, to `args.output`."""
+        self.add_argument(
+            "-o", "--output", type=kind, required=required, metavar=metavar, help=what
+        )
+
+    def picture_output(self) -> None:
+        """``-o``, where the command makes one picture."""
+        self.output("PICTURE", f"file to draw, ending in {', '.join(PICTURES)}", PictureFile)
+
+    def common_options(self) -> None:
+        """``-c``, ``--set`` and ``--json``."""
+        add_config_options(self)
+        add_json_flag(self)
+
     def parse_known_args(  # type: ignore[override]
         self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
     ) -> tuple[argparse.Namespace, list[str]]:
@@ -142,12 +159,6 @@ def add_config_options(parser: argparse.ArgumentParser) -> None:
     add_overrides_option(parser)
 
 
-def add_common_options(parser: Parser) -> None:
-    """``-c``, ``--set`` and ``--json``."""
-    add_config_options(parser)
-    add_json_flag(parser)
-
-
 def add_overrides_option(parser: argparse.ArgumentParser) -> None:
     """``--set``, to `args.overrides`."""
     parser.add_argument(
@@ -168,23 +179,6 @@ def add_scheduler_option(parser: argparse.ArgumentParser) -> None:
         help="run the jobs on this Dask cluster (tcp://127.0.0.1:8786, or tls://HOST:PORT) in "
         "place of processes here; its workers have the same program and files",
     )
-
-
-def add_output(
-    parser: argparse.ArgumentParser,
-    metavar: str,
-    what: str,
-    kind: type[Output] = OutputFile,
-    required: bool = True,
-) -> None:
-    """``-o``, to `args.output`."""
-    parser.add_argument("-o", "--output", type=kind, required=required, metavar=metavar, help=what)
-
-
-def add_picture_output(parser: argparse.ArgumentParser) -> None:
-    """``-o``, where the command makes one picture."""
-    what = f"file to draw, ending in {', '.join(PICTURES)}"
-    add_output(parser, "PICTURE", what, PictureFile)
 
 
 def add_method_options(parser: Parser) -> None:

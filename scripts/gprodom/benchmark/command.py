@@ -25,7 +25,6 @@ from gprodom.options import (
     add_command,
     add_config_options,
     add_method_options,
-    add_output,
     add_scheduler_option,
 )
 from gprodom.score.align import add_align_option, add_first_m_option
@@ -75,7 +74,7 @@ def add_parser(subparsers: Subparsers) -> None:
         ",".join(DEFAULT_METHODS),
         "see above (default: all but the signed and the learned ones)",
     )
-    add_output(parser, "DIR", "folder for the results", OutputFolder)
+    parser.output("DIR", "folder for the results", OutputFolder)
     parser.add_argument(
         "-j",
         "--jobs",

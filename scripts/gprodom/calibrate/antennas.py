@@ -14,7 +14,7 @@ from gprodom.files import temporary_folder
 from gprodom.lcm import logs
 from gprodom.odometry.estimate import as_log, estimate
 from gprodom.odometry.methods import find_method
-from gprodom.options import Subparsers, add_command, add_common_options
+from gprodom.options import Subparsers, add_command
 from gprodom.score.sources import read_estimate
 
 Place = tuple[float, float, float]
@@ -124,7 +124,7 @@ def add_parser(subjects: Subparsers) -> None:
         "--sigma M", TAPE_M, "standard deviation of that distance (m, default: %(default)s)"
     )
     add_output_option(parser)
-    add_common_options(parser)
+    parser.common_options()
 
 
 def run(args: argparse.Namespace) -> int:

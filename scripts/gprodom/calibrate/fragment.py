@@ -8,7 +8,7 @@ from typing import Any
 
 from gprodom.console import print_json
 from gprodom.files import write_text
-from gprodom.options import add_output
+from gprodom.options import Parser
 
 
 @dataclass(frozen=True)
@@ -25,10 +25,10 @@ class Found:
     significant: bool = True
 
 
-def add_output_option(parser: argparse.ArgumentParser) -> None:
+def add_output_option(parser: Parser) -> None:
     """``-o``: where the fragment goes."""
     what = "write the result, with its uncertainty, as a configuration for -c"
-    add_output(parser, "YAML", what, required=False)
+    parser.output("YAML", what, required=False)
 
 
 def fragment(found: Sequence[Found]) -> str:

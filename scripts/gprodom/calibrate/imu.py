@@ -14,7 +14,7 @@ from gprodom.files import PictureFile
 from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import SETTLED_S, has_wheel, standstill, wheel_distance
 from gprodom.odometry.estimate import read_sensors
-from gprodom.options import Subparsers, add_command, add_common_options
+from gprodom.options import Subparsers, add_command
 
 MIN_S = 20.0  # of standstill
 WHITE_S = 1.0  # up to this averaging time the deviation is taken to be white noise's
@@ -134,7 +134,7 @@ def add_parser(subjects: Subparsers) -> None:
     parser.operand("source", "SEQ|LOG")
     add_output_option(parser)
     parser.option("--plot PICTURE", PictureFile, "of the Allan deviations")
-    add_common_options(parser)
+    parser.common_options()
 
 
 def run(args: argparse.Namespace) -> int:

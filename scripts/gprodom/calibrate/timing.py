@@ -17,7 +17,7 @@ from gprodom.lcm import logs
 from gprodom.lcm.antennas import apart, choose, counts
 from gprodom.odometry.dead_reckoning import wheel_distance
 from gprodom.odometry.estimate import read_sensors
-from gprodom.options import Subparsers, add_command, add_common_options
+from gprodom.options import Subparsers, add_command
 
 GRID_S = 0.01
 SMOOTH_S = 0.35  # window of the polynomial that takes acceleration off the wheel
@@ -107,7 +107,7 @@ def add_parser(subjects: Subparsers) -> None:
     parser.operand("source", "SEQ|LOG")
     parser.option("--antenna ID", int, "whose traces (see above)")
     add_output_option(parser)
-    add_common_options(parser)
+    parser.common_options()
 
 
 def _apart(args: argparse.Namespace, radar: logs.Channel) -> dict[int, logs.Channel]:

@@ -13,7 +13,7 @@ from gprodom.errors import Error, UsageError
 from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import gyro_yaw_of, standstill, wheel_distance
 from gprodom.odometry.estimate import read_sensors
-from gprodom.options import Subparsers, add_command, add_common_options, point
+from gprodom.options import Subparsers, add_command, point
 from gprodom.score.align import fit_planar
 from gprodom.score.sources import read_truth
 from gprodom.trajectory import Times, Trajectory, path_length
@@ -205,7 +205,7 @@ def add_parser(subjects: Subparsers) -> None:
     )
     parser.option("--fit-share P", 1.0, "see above (default: all)")
     add_output_option(parser)
-    add_common_options(parser)
+    parser.common_options()
 
 
 def run(args: argparse.Namespace) -> int:

@@ -15,7 +15,7 @@ from gprodom.convert.sampling import add_sample_interval_option
 from gprodom.errors import Error, UsageError
 from gprodom.files import OutputFile, replacing, temporary_folder, write_text
 from gprodom.lcm import DEFAULT_URL, connect, logs
-from gprodom.options import Subparsers, add_command, add_common_options, add_output
+from gprodom.options import Subparsers, add_command
 from gprodom.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.flag("--live", "guide a drive, and record it")
     parser.option("--record LOG", OutputFile, "what --live records; kept")
     parser.option("--lcm-url URL", DEFAULT_URL, "with --live (default %(default)s)")
-    add_output(parser, "YAML", "configuration to write", required=False)
+    parser.output("YAML", "configuration to write", required=False)
     parser.option("--page HTML", OutputFile, "page to write")
     parser.option(
         "--stretch M",
@@ -72,7 +72,7 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.flag("--no-replay", "compare no replays")
     add_sample_interval_option(parser)
-    add_common_options(parser)
+    parser.common_options()
 
 
 def run(args: argparse.Namespace) -> int:

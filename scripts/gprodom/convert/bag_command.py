@@ -14,7 +14,7 @@ from gprodom.convert.wheels import WheelSpec
 from gprodom.errors import UsageError
 from gprodom.fixes.record import Quality
 from gprodom.lcm.log_writer import Stream, write_log
-from gprodom.options import Subparsers, add_command, add_common_options, add_output
+from gprodom.options import Subparsers, add_command
 
 DESCRIPTION = """\
 Converts a ROS 1 or ROS 2 bag to an LCM log; no ROS is needed. If a topic is not named, the only one
@@ -57,7 +57,7 @@ def add_parser(formats: Subparsers) -> None:
     """Adds ``convert bag``."""
     parser = add_command(formats, "bag", "a ROS bag", DESCRIPTION, run)
     parser.operand("bag", "BAG", "file, or folder of a ROS 2 bag")
-    add_output(parser, "LOG", "LCM log")
+    parser.output("LOG", "LCM log")
     for what in ("imu", "wheel", "truth"):
         parser.option(f"--{what} TOPIC", str, "see above")
     parser.option("--gpr TOPIC", str, "see above", action="append", default=[], dest="radars")
@@ -76,7 +76,7 @@ def add_parser(formats: Subparsers) -> None:
     add_sample_interval_option(
         parser, "seconds between radar samples (default: what the messages say)"
     )
-    add_common_options(parser)
+    parser.common_options()
 
 
 def run(args: argparse.Namespace) -> int:

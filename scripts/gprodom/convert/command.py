@@ -11,7 +11,7 @@ from gprodom.convert.sampling import add_sample_interval_option
 from gprodom.convert.streams import streams
 from gprodom.convert.summary import as_text, summarise
 from gprodom.lcm.log_writer import write_log
-from gprodom.options import Subparsers, add_command, add_common_options, add_output
+from gprodom.options import Subparsers, add_command
 
 CMU_EXAMPLES = """
 examples:
@@ -46,9 +46,9 @@ def add_parser(subparsers: Subparsers) -> None:
         formats, "cmu", "a sequence of the CMU-GPR dataset", CMU_DESCRIPTION + CMU_EXAMPLES, run
     )
     cmu.operand("sequence", "SEQ", "directory or zip")
-    add_output(cmu, "LOG", "LCM log")
+    cmu.output("LOG", "LCM log")
     add_sample_interval_option(cmu)
-    add_common_options(cmu)
+    cmu.common_options()
     bag_command.add_parser(formats)
     tables_command.add_parser(formats)
     survey_command.add_parser(formats)

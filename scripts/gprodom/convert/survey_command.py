@@ -19,7 +19,7 @@ from gprodom.convert.survey_files import (
 )
 from gprodom.errors import Error, UsageError
 from gprodom.ground.survey import FULL_SCALE, Survey, write_survey
-from gprodom.options import Subparsers, add_command, add_output
+from gprodom.options import Subparsers, add_command
 
 WAVE_SPEED = 1e8  # m/s, in dry ground; a third of it in wet
 
@@ -47,7 +47,7 @@ def add_parser(formats: Subparsers) -> None:
         formats, "survey", "survey lines, to drive over in simulation", DESCRIPTION, run
     )
     parser.operand("files", "FILE", "survey files, one line each", nargs="+")
-    add_output(parser, "NPZ", "ground to write (npz)")
+    parser.output("NPZ", "ground to write (npz)")
     parser.option("--aside M", 0.2, "distance from line to line (default %(default)s)")
     parser.option(
         "--channels N,..",

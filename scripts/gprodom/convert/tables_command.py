@@ -29,7 +29,7 @@ from gprodom.errors import Error, UsageError
 from gprodom.fixes.table import WIDTHS, fixes_of_table
 from gprodom.geodesy import local_positions
 from gprodom.lcm.log_writer import Stream
-from gprodom.options import Subparsers, add_command, add_common_options, add_output, numbers
+from gprodom.options import Subparsers, add_command, numbers
 
 DESCRIPTION = (
     """\
@@ -85,7 +85,7 @@ def add_parser(formats: Subparsers) -> None:
     """Adds ``convert tables``."""
     parser = add_command(formats, "tables", "a robot's own tables", DESCRIPTION, run)
     parser.operand("table", "TABLE", "see above", nargs="?")
-    add_output(parser, "LOG", "LCM log")
+    parser.output("LOG", "LCM log")
     parser.option("--layout YAML", Path, "see above")
     for name in SOURCES:
         option = "--" + name.replace("_", "-")
@@ -127,7 +127,7 @@ def add_parser(formats: Subparsers) -> None:
         "--strict", "refuse a table with a line that cannot be used, instead of leaving it out"
     )
     parser.option("--delimiter C", str, "default: semicolon or tab if there is one, else comma")
-    add_common_options(parser)
+    parser.common_options()
 
 
 def run(args: argparse.Namespace) -> int:

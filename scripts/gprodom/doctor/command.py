@@ -7,7 +7,7 @@ from gprodom.config import AUTO, mounting_angles, read_antennas
 from gprodom.console import print_json
 from gprodom.convert.sampling import add_sample_interval_option
 from gprodom.lcm.antennas import counts, named
-from gprodom.options import Subparsers, add_command, add_common_options
+from gprodom.options import Subparsers, add_command
 
 DESCRIPTION = """\
 Reads a recording and names what is wrong with it, each with the setting or command that mends it:
@@ -29,7 +29,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(subparsers, "doctor", "what is wrong with a recording", DESCRIPTION, run)
     parser.operand("source", "LOG|SEQ")
     add_sample_interval_option(parser)
-    add_common_options(parser)
+    parser.common_options()
 
 
 def run(args: argparse.Namespace) -> int:

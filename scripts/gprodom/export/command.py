@@ -16,7 +16,7 @@ from gprodom.fixes.site import datum_of_log
 from gprodom.geodesy import Datum
 from gprodom.lcm import logs
 from gprodom.lcm.antennas import counts, named, of_antenna
-from gprodom.options import Subparsers, add_command, add_common_options, numbers
+from gprodom.options import Subparsers, add_command, numbers
 from gprodom.score.sources import FRAMES, read_estimate
 from gprodom.trajectory import Trajectory, interpolate
 
@@ -82,7 +82,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.option("--datum LAT,LON[,HEIGHT[,YAW]]", parse_datum, "see above")
     parser.option("--radar LOG", Path, "log with the radar's traces")
     parser.option("--antenna ID", int, "of --traces and --segy: its traces alone")
-    add_common_options(parser)
+    parser.common_options()
 
 
 def run(args: argparse.Namespace) -> int:

@@ -7,7 +7,7 @@ import numpy as np
 from gprodom.console import Progress, add_json_flag, tell
 from gprodom.ground.scene import read_scene
 from gprodom.ground.survey import Survey, to_counts, write_survey
-from gprodom.options import Subparsers, add_command, add_output
+from gprodom.options import Subparsers, add_command
 
 DESCRIPTION = """\
 Simulates the survey lines of a scene (config/scenes/*.yaml) by full-wave 2-D FDTD with gprMax, with
@@ -26,7 +26,7 @@ def add_parser(subparsers: Subparsers) -> None:
     """Adds ``ground``."""
     parser = add_command(subparsers, "ground", "survey lines of a scene by FDTD", DESCRIPTION, run)
     parser.operand("scene", "SCENE", "YAML file")
-    add_output(parser, "FILE", "npz")
+    parser.output("FILE", "npz")
     add_json_flag(parser)
 
 

@@ -19,7 +19,7 @@ from gprodom.map.ground import MapFile, facts, read_map
 from gprodom.map.picture import map_figure
 from gprodom.map.site import datum_of, site_as_text
 from gprodom.map.survey_command import add_survey
-from gprodom.options import Parser, Subparsers, add_command, add_output, add_picture_output
+from gprodom.options import Parser, Subparsers, add_command
 from gprodom.trajectory import joined
 
 DESCRIPTION = """\
@@ -128,7 +128,7 @@ def _add_info(works: Subparsers) -> None:
 def _add_plot(works: Subparsers) -> None:
     parser = add_command(works, "plot", "a map from above", PLOT + EXAMPLES, run_plot)
     _add_file(parser)
-    add_picture_output(parser)
+    parser.picture_output()
 
 
 def _add_export(works: Subparsers) -> None:
@@ -149,7 +149,7 @@ def _add_cut(works: Subparsers) -> None:
     )
     parser.option("--area XMIN,YMIN,XMAX,YMAX", cut.parse_area, "rectangle in the map's frame, m")
     _add_number(parser)
-    add_output(parser, "OUT", "map file")
+    parser.output("OUT", "map file")
     add_json_flag(parser)
 
 
@@ -157,7 +157,7 @@ def _add_merge(works: Subparsers) -> None:
     parser = add_command(works, "merge", "two sessions become one map", MERGE + EXAMPLES, run_merge)
     parser.operand("first", "FIRST", "map file, whose frame stays")
     parser.operand("second", "SECOND", "map file that joins it")
-    add_output(parser, "OUT", "map file")
+    parser.output("OUT", "map file")
     add_json_flag(parser)
 
 

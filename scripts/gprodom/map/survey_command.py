@@ -14,7 +14,7 @@ from gprodom.fixes.record import one_stream
 from gprodom.fixes.site import datum_of_log
 from gprodom.geodesy import Datum
 from gprodom.map.survey import compare, in_site, survey_figure
-from gprodom.options import Subparsers, add_command, add_common_options
+from gprodom.options import Subparsers, add_command
 from gprodom.score.sources import read_estimate
 
 DESCRIPTION = """\
@@ -54,7 +54,7 @@ def add_survey(works: Subparsers) -> None:
         parse_datum,
         "where site lies, for markers in degrees (default: what LOG or anchor.datum tells)",
     )
-    add_common_options(parser)
+    parser.common_options()
 
 
 def run(args: argparse.Namespace) -> int:

@@ -10,13 +10,7 @@ from gprodom.errors import UsageError
 from gprodom.files import OutputFile, temporary_folder
 from gprodom.odometry.estimate import as_log, estimate
 from gprodom.odometry.methods import describe_methods, find_method
-from gprodom.options import (
-    Subparsers,
-    add_command,
-    add_config_options,
-    add_method_options,
-    add_output,
-)
+from gprodom.options import Subparsers, add_command, add_config_options, add_method_options
 from gprodom.score.align import FIRST_M, add_align_option
 from gprodom.score.associate import associate, warn_of_uncovered
 from gprodom.score.figures import compare
@@ -50,7 +44,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.option(
         "--smoothed FILE", OutputFile, "file for every state from one solution over all data (TUM)"
     )
-    add_output(parser, "LOG", "file for the replay's log", required=False)
+    parser.output("LOG", "file for the replay's log", required=False)
     parser.option("--truth TRUTH", Path, "score against this (as gprodom score does)")
     add_align_option(parser)
     add_sample_interval_option(parser)

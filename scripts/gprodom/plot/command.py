@@ -16,14 +16,7 @@ from gprodom.lcm import logs
 from gprodom.odometry.dead_reckoning import wheel_distance
 from gprodom.odometry.estimate import as_log
 from gprodom.odometry.methods import METHODS, find_method
-from gprodom.options import (
-    Subparsers,
-    add_command,
-    add_common_options,
-    add_config_options,
-    add_output,
-    add_picture_output,
-)
+from gprodom.options import Subparsers, add_command, add_config_options
 from gprodom.plot import radar, revisits
 from gprodom.plot.log import flag_shares, log_figure
 from gprodom.plot.observability import Observed, measure, observability_figure, observe, pool
@@ -88,7 +81,7 @@ def _add_trajectory(subjects: Subparsers) -> None:
     )
     add_align_option(parser)
     parser.choice("--frame", FRAMES, "map", "frame of the poses of logs (default map)")
-    add_picture_output(parser)
+    parser.picture_output()
     add_config_options(parser)
 
 
@@ -100,8 +93,8 @@ def _add_log(subjects: Subparsers) -> None:
     parser.option(
         "--wheel LOG", Path, "log with the wheel's speed: the replay's input (its output has none)"
     )
-    add_picture_output(parser)
-    add_common_options(parser)
+    parser.picture_output()
+    parser.common_options()
 
 
 def _add_observability(subjects: Subparsers) -> None:
@@ -114,7 +107,7 @@ def _add_observability(subjects: Subparsers) -> None:
     )
     parser.operand("sources", "SEQ|LOG", "sequence with truth", nargs="+")
     parser.option("--methods A,B", "sfm,trace_count", "front ends (default sfm,trace_count)")
-    add_output(parser, "DIR", "folder for the results", OutputFolder)
+    parser.output("DIR", "folder for the results", OutputFolder)
     add_config_options(parser)
     add_sample_interval_option(parser)
     add_json_flag(parser)

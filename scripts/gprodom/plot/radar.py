@@ -14,7 +14,7 @@ from gprodom.lcm import logs
 from gprodom.lcm.antennas import choose
 from gprodom.lcm.constants import constants
 from gprodom.odometry.estimate import read_sensors
-from gprodom.options import Subparsers, add_command, add_config_options, add_picture_output
+from gprodom.options import Subparsers, add_command, add_config_options
 
 ROWS, COLUMNS = 50, 50  # of the feature matrix, as paper.rows and paper.columns
 MIN_OVERLAP = 0.3
@@ -153,7 +153,7 @@ def add_parser(subjects: Subparsers) -> None:
         subjects, "radar", "traces, details, peaks, feature matrix, match", DESCRIPTION, run
     )
     parser.operand("source", "SEQ|LOG")
-    add_picture_output(parser)
+    parser.picture_output()
     parser.option("--at S", 20.0, "time of the window, from the first trace (default 20)")
     parser.option("--window N", 100, "traces in the window (default %(default)s)")
     parser.option("--step N", 10, "traces to the next window (default %(default)s)")

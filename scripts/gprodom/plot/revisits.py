@@ -12,7 +12,7 @@ from gprodom.console import format_table, tell
 from gprodom.errors import Error
 from gprodom.lcm import logs
 from gprodom.lcm.constants import kind
-from gprodom.options import Subparsers, add_command, add_common_options, add_picture_output
+from gprodom.options import Subparsers, add_command
 from gprodom.score.sources import odometry
 from gprodom.trajectory import Trajectory, interpolate
 
@@ -113,8 +113,8 @@ def add_parser(subjects: Subparsers) -> None:
     """Adds ``plot revisits``."""
     parser = add_command(subjects, "revisits", "places that the radar knew again", DESCRIPTION, run)
     parser.operand("log", "LOG", "output of a replay or a recording")
-    add_picture_output(parser)
-    add_common_options(parser)
+    parser.picture_output()
+    parser.common_options()
 
 
 def run(args: argparse.Namespace) -> int:

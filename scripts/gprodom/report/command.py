@@ -6,7 +6,7 @@ from pathlib import Path
 from gprodom.config import read_channels
 from gprodom.console import format_table, tell
 from gprodom.files import write_text
-from gprodom.options import Subparsers, add_command, add_common_options, add_output
+from gprodom.options import Subparsers, add_command
 
 DESCRIPTION = """\
 Writes one HTML page about a drive, from a log of gprodom-replay or a recording of gprodomd: where
@@ -30,8 +30,8 @@ def add_parser(subparsers: Subparsers) -> None:
         "the replay's input, where LOG has no sensor data (as the output of a replay): for "
         "the wheel's speed, dead reckoning and the ground",
     )
-    add_output(parser, "FILE", "page to write")
-    add_common_options(parser)
+    parser.output("FILE", "page to write")
+    parser.common_options()
 
 
 def run(args: argparse.Namespace) -> int:

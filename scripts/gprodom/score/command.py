@@ -9,7 +9,7 @@ from gprodom.config import read_channels
 from gprodom.console import tell
 from gprodom.errors import UsageError
 from gprodom.files import OutputFolder
-from gprodom.options import Parser, Subparsers, add_command, add_common_options, numbers
+from gprodom.options import Parser, Subparsers, add_command, numbers
 from gprodom.score.align import add_align_option, add_first_m_option
 from gprodom.score.associate import MAX_GAP_S, UNCOVERED_M, associate, warn_of_uncovered
 from gprodom.score.consistency import TruthError
@@ -72,7 +72,7 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.choice("--frame", FRAMES, "map", "frame of the poses of a log (default map)")
     add_truth_error(parser)
-    add_common_options(parser)
+    parser.common_options()
     parser.option(
         "--plot DIR", OutputFolder, "folder for trajectory.png, error.png and report.html"
     )

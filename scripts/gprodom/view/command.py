@@ -12,7 +12,7 @@ from gprodom.drive.imu_mounting import read_mounting
 from gprodom.errors import UsageError
 from gprodom.files import replacing, temporary_folder
 from gprodom.lcm import DEFAULT_URL, connect
-from gprodom.options import Subparsers, add_command, add_config_options, add_output
+from gprodom.options import Subparsers, add_command, add_config_options
 
 DESCRIPTION = """\
 Shows a drive on one screen, in the Rerun viewer: the way from above (map, odom, wheel and gyro
@@ -46,7 +46,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.option("--sensors SEQ|LOG", Path, "the replay's input, where LOG has none")
     parser.option("--map MAP", Path, "ground of earlier drives", dest="map_file")
     parser.option("--map-number N", int, "map of that file, of several")
-    add_output(parser, "FILE.rrd", "write this, show nothing", required=False)
+    parser.output("FILE.rrd", "write this, show nothing", required=False)
     parser.flag("--web", "for a browser, in place of a window")
     parser.option("--web-port N", WEB_PORT, "default %(default)s")
     parser.option(
