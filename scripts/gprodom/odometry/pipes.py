@@ -61,9 +61,7 @@ class _Place:
 @dataclass
 class PipeTeller:
     """Hears traces and poses; answers with displacements from pipe to pipe (EXTERNAL), and from a
-    pipe to where it was seen before (REVISIT).
-
-    apexes: how many were found."""
+    pipe to where it was seen before (REVISIT)."""
 
     pipes: PipeMap
     longest_s: float = 20.0  # from pipe to pipe, within the estimator's window
