@@ -16,6 +16,7 @@ from gprodom.score.figures import FIGURE_NAMES
 from gprodom.score.page import text
 from gprodom.score.record import Record, scene_of
 
+# Figures that others published on CMU-GPR.
 SCENES = ("gates_g", "nsh_b", "nsh_h")  # parking garage, basement, factory floor
 
 

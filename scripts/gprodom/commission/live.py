@@ -1,4 +1,9 @@
-"""Records a running robot, and guides its drive meanwhile."""
+"""Records a running robot, and guides its drive meanwhile: what to do next, by wheel and gyro.
+
+Neither the unit of the wheel nor the mounting of the IMU is known yet. So standstills and the
+pieces between them count, not metres; and turns are about the axis of gravity, left being positive
+however the IMU is mounted.
+"""
 
 import select
 import sys

@@ -204,7 +204,8 @@ _WAVES = 2 * np.pi / np.array([0.9, 1.7, 3.1, 5.9])
 
 @dataclass(frozen=True)
 class Terrain:
-    """Waves of equal share and random phase, which give `rms` (rad) of roll and of pitch."""
+    """Ground that tilts the robot as it drives over it: waves of equal share and random phase over
+    the distance travelled, which give `rms` (rad) of roll and of pitch."""
 
     rms: float
     phases: Floats  # (2, waves)
