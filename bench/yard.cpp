@@ -1,4 +1,4 @@
-// bench_yard HOURS --json FILE [--rest S] [--pieces N] [--seed N] [KEY=VALUE]...:
+// bench_yard HOURS --json FILE [--rest S] [--pieces N] [--seed N] [--smooth] [KEY=VALUE]...:
 // a robot that drives the same 400 m of a yard again and again for HOURS of data (yard_robot.h),
 // and rests before each round (2 m/s, 1600 s: two rounds an hour). In one process and on one
 // thread, as fast as it goes. Data are made as they are needed and are the same for the same seed.
@@ -7,6 +7,8 @@
 // before has left in state.directory (a folder of its own is made, and removed at the end). A row
 // each, too. Pieces after the first are located in its map: their NEES is by what they are off
 // beside what that map is off at the same metre of the route.
+//
+// --smooth: in the end, all poses of the last piece are solved at once, and what that cost is told.
 //
 // Tells for each day (86,400 s of data, or the part of it) what it cost: processor milliseconds for
 // each second of data, without the making of the data; the same in yardsticks (soak_meter.h);
@@ -42,6 +44,7 @@ struct Options {
   double hours = 0.0, rest = 1600.0;
   int pieces = 1;
   unsigned seed = 1;
+  bool smooth = false;
   std::string json;
   std::vector<std::string> settings;
 };
@@ -54,6 +57,12 @@ struct Day {
 
   double cpu_ms() const { return 1e3 * cpu_s / seconds; }
   double in_yardsticks() const { return cpu_s / seconds / yardstick_s; }
+};
+
+// The solution over all poses of the last piece.
+struct Smoothing {
+  std::size_t states = 0;
+  double cpu_s = 0.0;
 };
 
 // A folder for state.directory that goes with its owner.
@@ -91,6 +100,8 @@ class Yard {
     for (int piece = 0; piece < options_.pieces; ++piece) {
       const std::int64_t end = seconds * (piece + 1) / options_.pieces;
       auto runner = timed([&] { return std::make_unique<Runner>(config_, Execution::kInline); });
+      const bool smooths = options_.smooth && piece + 1 == options_.pieces;
+      if (smooths) runner->record();
       for (; done_s_ < end; ++done_s_) {
         if (day().seconds >= kDay || (piece > piece_ && day().seconds > 0)) days_.emplace_back();
         piece_ = piece;
@@ -98,6 +109,7 @@ class Yard {
         if ((done_s_ + 1) % 3600 == 0 || done_s_ + 1 == end) tell();
       }
       timed([&] { return runner->finish(); });
+      if (smooths) smooth(*runner);
       timed([&] {
         runner.reset();
         return 0;
@@ -106,8 +118,16 @@ class Yard {
     }
     return days_;
   }
+  const Smoothing& smoothing() const { return smoothing_; }
 
  private:
+  void smooth(Runner& runner) {
+    const double begin = processor_s();
+    smoothing_.states = runner.smoothed().size();
+    smoothing_.cpu_s = processor_s() - begin;
+    std::fprintf(stderr, "smoothed: %zu states in %.1f s\n", smoothing_.states, smoothing_.cpu_s);
+  }
+
   Config config() const {
     std::vector<std::string> settings = options_.settings;
     settings.push_back("state.directory=" + folder_.path());
@@ -194,6 +214,7 @@ class Yard {
   const Config config_;
   const std::int64_t before_;
   std::vector<Day> days_ = {{}};
+  Smoothing smoothing_;
   Yardstick yardstick_;
   std::int64_t done_s_ = 0, yardsticks_ = 0;
   double yardstick_sum_s_ = 0.0;
@@ -202,7 +223,8 @@ class Yard {
   std::vector<std::optional<Off>> map_off_{static_cast<std::size_t>(YardRoute::kLength) + 1};
 };
 
-void write_json(const Options& options, const std::vector<Day>& days, std::ostream& out) {
+void write_json(const Options& options, const std::vector<Day>& days, const Smoothing& smoothing,
+                std::ostream& out) {
   out << "{\"hours\": " << options.hours << ", \"pieces\": " << options.pieces
       << ", \"seed\": " << options.seed << ", \"rest\": " << options.rest << ", \"days\": [";
   for (std::size_t i = 0; i < days.size(); ++i) {
@@ -225,6 +247,12 @@ void write_json(const Options& options, const std::vector<Day>& days, std::ostre
         << ", \"memory_last_over_second\": " << last.resident_mb / second.resident_mb
         << ", \"map_last_over_second\": " << last.map_mb / second.map_mb;
   }
+  if (options.smooth) {
+    const auto states = static_cast<double>(smoothing.states);
+    out << ", \"smoothed_states\": " << smoothing.states
+        << ", \"smoothed_cpu_s\": " << smoothing.cpu_s
+        << ", \"smoothed_us_per_state\": " << 1e6 * smoothing.cpu_s / std::max(1.0, states);
+  }
   out << "}\n";
 }
 
@@ -232,6 +260,10 @@ Options options_of(const std::vector<std::string>& arguments) {
   Options options;
   for (std::size_t i = 0; i < arguments.size(); ++i) {
     const std::string& argument = arguments[i];
+    if (argument == "--smooth") {
+      options.smooth = true;
+      continue;
+    }
     if (argument.rfind("--", 0) == 0 && i + 1 == arguments.size())
       throw std::invalid_argument(argument);
     if (argument == "--rest") {
@@ -261,15 +293,17 @@ int main(int argc, char** argv) {
   try {
     options = options_of({argv + 1, argv + argc});
   } catch (const std::logic_error&) {
-    std::cerr << "usage: bench_yard HOURS --json FILE [--rest S] [--pieces N] [--seed N] "
-                 "[KEY=VALUE]...\n"
-                 "HOURS of data up to 1000 on the same 400 m; what it tells: bench/yard.cpp\n";
+    std::cerr
+        << "usage: bench_yard HOURS --json FILE [--rest S] [--pieces N] [--seed N] [--smooth] "
+           "[KEY=VALUE]...\n"
+           "HOURS of data up to 1000 on the same 400 m; what it tells: bench/yard.cpp\n";
     return 2;
   }
   try {
-    const std::vector<Day> days = Yard(options).run();
+    Yard yard(options);
+    const std::vector<Day> days = yard.run();
     std::ofstream file(options.json);
-    write_json(options, days, file);
+    write_json(options, days, yard.smoothing(), file);
     if (!file.flush()) throw std::runtime_error(options.json + ": cannot be written");
   } catch (const std::exception& error) {
     std::cerr << "bench_yard: " << error.what() << '\n';
