@@ -47,8 +47,7 @@ std::optional<JoinedTracks> join_to(const GroundMap& ground, int joining, int in
   for (const KnownPlace& place : joined.places) {
     const Eigen::Vector2d in_site = compose(there.pose, place.pose).p;
     const Matrix3d covariance = covariance_at(here, in_site) + covariance_at(there, in_site);
-    if (!(std::sqrt(covariance.topLeftCorner<2, 2>().trace()) <= kLostSigma))
-      return std::nullopt;
+    if (!(std::sqrt(covariance.topLeftCorner<2, 2>().trace()) <= kLostSigma)) return std::nullopt;
     joined.end.pose = place.pose;
     joined.end.covariance.topLeftCorner<3, 3>() = turned(covariance, -there.pose.yaw);
   }
