@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <limits>
-#include <stdexcept>
 #include <string>
 #include <tuple>
 #include <utility>
 #include <variant>
 #include <vector>
 
+#include "base/require.h"
 #include "gpr/filter/details_retention.h"
 #include "gpr/motion/coherence.h"
 #include "gpr/motion/stationarity.h"
@@ -28,9 +28,8 @@ using namespace gprodom::gpr;
 // `step(in, samples, out)` on each trace of (traces, samples) or (samples,), into a new array.
 template <typename T, typename Step>
 py::array_t<T> each_trace(const Array<T>& traces, Step step) {
-  if (traces.ndim() != 1 && traces.ndim() != 2) {
-    throw std::invalid_argument("expected an array of shape (traces, samples) or (samples,)");
-  }
+  require(traces.ndim() == 1 || traces.ndim() == 2,
+          "expected an array of shape (traces, samples) or (samples,)");
   const py::ssize_t n = traces.shape(traces.ndim() - 1);
   py::array_t<T> out(std::vector<py::ssize_t>(traces.shape(), traces.shape() + traces.ndim()));
   for (py::ssize_t i = 0; n > 0 && i < traces.size() / n; ++i) {
@@ -47,7 +46,7 @@ py::array_t<double> band_pass(const Doubles& traces, double sample_interval, dou
 }
 
 py::array_t<double> dewow_traces(const Doubles& traces, int half_width) {
-  if (half_width < 0) throw std::invalid_argument("half_width: expected 0 or more");
+  require(half_width >= 0, "half_width: expected 0 or more");
   return each_trace<double>(
       traces, [half_width](const double* x, int n, double* out) { dewow(x, n, half_width, out); });
 }
@@ -61,9 +60,8 @@ py::array_t<float> remove_background(const Floats& traces, const std::string& mo
     remove_mean_trace(bscan);
     return out;
   }
-  if (mode != "running" && mode != "window") {
-    throw std::invalid_argument("mode: expected 'sequence', 'running' or 'window'");
-  }
+  require(mode == "running" || mode == "window",
+          "mode: expected 'sequence', 'running' or 'window'");
   RunningBackground background(
       mode == "running" ? RunningBackground::Mode::kRunning : RunningBackground::Mode::kWindow,
       memory);
@@ -77,7 +75,7 @@ std::tuple<py::array_t<float>, py::array_t<double>> track_time_zero(const Floats
                                                                     double period,
                                                                     double max_delay) {
   require_shape(traces, 2, "(traces, samples)");
-  if (traces.shape(1) < 32) throw std::invalid_argument("expected 32 samples or more");
+  require(traces.shape(1) >= 32, "expected 32 samples or more");
   TimeZeroTracker tracker(period, max_delay);
   py::array_t<double> delays(traces.shape(0));
   double* delay = delays.mutable_data();
@@ -88,7 +86,7 @@ std::tuple<py::array_t<float>, py::array_t<double>> track_time_zero(const Floats
 
 py::array_t<std::int8_t> check_traces(const Floats& traces) {
   require_shape(traces, 2, "(traces, samples)");
-  if (traces.shape(1) < 8) throw std::invalid_argument("expected 8 samples or more");
+  require(traces.shape(1) >= 8, "expected 8 samples or more");
   TraceCheck check;
   py::array_t<std::int8_t> quality(traces.shape(0));
   for (py::ssize_t i = 0; i < traces.shape(0); ++i) {
@@ -115,9 +113,7 @@ py::array_t<double> iswt(const Doubles& details, const Doubles& approximation,
   require_shape(details, 2, "(levels, samples)");
   require_shape(approximation, 1, "(samples,)");
   const py::ssize_t n = approximation.size();
-  if (details.shape(1) != n) {
-    throw std::invalid_argument("details and approximation must have the same number of samples");
-  }
+  require(details.shape(1) == n, "details and approximation must have the same number of samples");
   StationaryWavelet<double> transform(
       make_wavelet(choice_argument<WaveletKind>("wavelet", wavelet)),
       static_cast<int>(details.shape(0)));
@@ -162,10 +158,9 @@ retain_details(DetailsRetention& filter, const Floats& traces, double sample_int
 std::vector<Finding> findings(FrontEnd& front_end, const Times& times, const Floats& traces,
                               double sample_interval, double tick) {
   require_shape(traces, 2, "(traces, samples)");
-  if (times.ndim() != 1 || times.shape(0) != traces.shape(0)) {
-    throw std::invalid_argument("times: expected one stamp per trace");
-  }
-  if (!(tick > 0.0)) throw std::invalid_argument("tick: expected seconds above 0");
+  require(times.ndim() == 1 && times.shape(0) == traces.shape(0),
+          "times: expected one stamp per trace");
+  require(tick > 0.0, "tick: expected seconds above 0");
   std::vector<Finding> all;
   const TimeNs step = from_seconds(tick);
   TimeNs next = 0;
@@ -190,7 +185,7 @@ std::vector<Finding> findings(FrontEnd& front_end, const Times& times, const Flo
 // from, to of each claim of the stationarity front end.
 py::array_t<std::int64_t> standstills(const Times& times, const Floats& traces,
                                       double sample_interval, double window, double tick) {
-  if (!(window > 0.0)) throw std::invalid_argument("window: expected seconds above 0");
+  require(window > 0.0, "window: expected seconds above 0");
   StationarityFrontEnd front_end(window);
   std::vector<std::int64_t> spans;
   for (const Finding& finding : findings(front_end, times, traces, sample_interval, tick)) {
@@ -205,12 +200,11 @@ py::array_t<std::int64_t> standstills(const Times& times, const Floats& traces,
 }
 
 // from, to (ns), length and validity of each path by coherence.
-std::vector<std::tuple<std::int64_t, std::int64_t, double, bool>> coherence(const Times& times,
-                                                                            const Floats& traces,
-                                                                            double sample_interval,
-                                                                            double tick) {
+using Paths = std::vector<std::tuple<std::int64_t, std::int64_t, double, bool>>;
+
+Paths coherence(const Times& times, const Floats& traces, double sample_interval, double tick) {
   CoherenceFrontEnd front_end{GprConfig()};
-  std::vector<std::tuple<std::int64_t, std::int64_t, double, bool>> paths;
+  Paths paths;
   for (const Finding& finding : findings(front_end, times, traces, sample_interval, tick))
     if (const auto* path = std::get_if<PathLength>(&finding))
       paths.emplace_back(path->from, path->to, path->lengths, path->valid);

@@ -6,6 +6,7 @@
 #include <optional>
 #include <tuple>
 
+#include "base/require.h"
 #include "gpr/revisit/global_search.h"
 #include "gpr/revisit/patch_filter.h"
 #include "gpr/revisit/revisit.h"
@@ -21,9 +22,8 @@ using namespace gprodom::gpr;
 RevisitMatch find_patch(const Columns& memory, const Columns& query, double spacing,
                         double sample_interval, double prior, double bound,
                         const RevisitOptions& options, const PatchFilterOptions& filter_options) {
-  if (memory.cols() != query.cols()) {
-    throw std::invalid_argument("memory and query must have the same number of samples");
-  }
+  gprodom::require(memory.cols() == query.cols(),
+                   "memory and query must have the same number of samples");
   const PatchFilter filter(memory, spacing, sample_interval, filter_options);
   const double length = static_cast<double>(memory.rows()) * spacing;
   PatchMatcher matcher(filter, spacing, options);
@@ -41,11 +41,11 @@ std::tuple<double, bool, double> match_patch(const Columns& memory, const Column
 }
 
 // One window: the whole memory, around the column expected.
-std::optional<std::tuple<double, double, RevisitMatch>> look(RevisitSearch& search,
-                                                             const Columns& newest, double moved,
-                                                             const Columns& memory, double expected,
-                                                             double bound, double stretch_sigma,
-                                                             double stretch_change) {
+using Found = std::tuple<double, double, RevisitMatch>;
+
+std::optional<Found> look(RevisitSearch& search, const Columns& newest, double moved,
+                          const Columns& memory, double expected, double bound,
+                          double stretch_sigma, double stretch_change) {
   SearchWindow window;
   window.features = memory;
   window.expected = expected;
@@ -54,7 +54,7 @@ std::optional<std::tuple<double, double, RevisitMatch>> look(RevisitSearch& sear
   window.stretch_change = stretch_change;
   const std::vector<PlaceFound> found = search.find(newest, moved, {window});
   if (found.empty()) return std::nullopt;
-  return std::make_tuple(found[0].column, found[0].certainty, found[0].match);
+  return Found(found[0].column, found[0].certainty, found[0].match);
 }
 
 void bind_along_the_track(py::module_& module) {

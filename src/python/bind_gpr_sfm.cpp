@@ -3,10 +3,10 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
-#include <stdexcept>
 #include <string>
 #include <tuple>
 
+#include "base/require.h"
 #include "gpr/sequential/alignment.h"
 #include "gpr/sequential/apexes.h"
 #include "gpr/sequential/dec.h"
@@ -25,9 +25,8 @@ using namespace gprodom::gpr;
 AlignmentOptions options_from(const std::string& form, double min_overlap, int max_shift) {
   AlignmentOptions options;
   options.form = choice_argument<DistanceForm>("form", form);
-  if (!(min_overlap >= 0.0 && min_overlap <= 1.0) || max_shift < 0) {
-    throw std::invalid_argument("expected min_overlap from 0 to 1 and max_shift of 0 or more");
-  }
+  require(min_overlap >= 0.0 && min_overlap <= 1.0 && max_shift >= 0,
+          "expected min_overlap from 0 to 1 and max_shift of 0 or more");
   options.min_overlap = min_overlap;
   options.max_shift = max_shift;
   return options;
@@ -36,9 +35,8 @@ AlignmentOptions options_from(const std::string& form, double min_overlap, int m
 LevelMatrix feature_matrix(const Doubles& depth, const Doubles& position, const Doubles& amplitude,
                            int rows, int columns, double depth_range, double length,
                            double amplitude_scale) {
-  if (depth.size() != position.size() || depth.size() != amplitude.size()) {
-    throw std::invalid_argument("depth, position and amplitude must have the same length");
-  }
+  require(depth.size() == position.size() && depth.size() == amplitude.size(),
+          "depth, position and amplitude must have the same length");
   std::vector<FeaturePoint> points;
   points.reserve(static_cast<std::size_t>(depth.size()));
   for (py::ssize_t i = 0; i < depth.size(); ++i) {
@@ -72,11 +70,10 @@ Aligned align_curves(const Eigen::VectorXd& a, const Eigen::VectorXd& b, double 
 
 Eigen::VectorXd dominant_energy_curve(const Floats& traces, int half_width, int first_row,
                                       double jump_penalty, int smoothing) {
-  if (traces.ndim() != 2) throw std::invalid_argument("traces: expected shape (traces, samples)");
+  require(traces.ndim() == 2, "traces: expected shape (traces, samples)");
   const auto samples = static_cast<std::size_t>(traces.shape(1));
-  if (first_row < 0 || static_cast<std::size_t>(first_row) + 3 > samples) {
-    throw std::invalid_argument("first_row: expected at least three samples from it on");
-  }
+  require(first_row >= 0 && static_cast<std::size_t>(first_row) + 3 <= samples,
+          "first_row: expected at least three samples from it on");
   std::vector<EnergyPoints> columns;
   std::vector<float> energy(samples);
   for (py::ssize_t i = 0; i < traces.shape(0); ++i) {
@@ -92,7 +89,7 @@ Eigen::VectorXd dominant_energy_curve(const Floats& traces, int half_width, int 
 std::vector<Apex> apexes_of(const Floats& traces, double sample_interval, double time_zero,
                             double pulse, double first_time, double least_widening,
                             double most_widening) {
-  if (traces.ndim() != 2) throw std::invalid_argument("traces: expected shape (traces, samples)");
+  require(traces.ndim() == 2, "traces: expected shape (traces, samples)");
   const Eigen::Map<const Eigen::MatrixXf> bscan(traces.data(), traces.shape(1), traces.shape(0));
   ApexOptions options;
   options.sample_interval_s = sample_interval;

@@ -11,6 +11,7 @@
 #include <variant>
 #include <vector>
 
+#include "base/require.h"
 #include "estimation/initializer.h"
 #include "gprodom/config.h"
 #include "gprodom/error.h"
@@ -33,10 +34,6 @@ std::vector<std::string> list_of(const Texts& texts) {
   const auto& one = std::get<std::string>(texts);
   if (one.empty()) return {};
   return {one};
-}
-
-void require(bool holds, const char* expected) {
-  if (!holds) throw py::value_error(expected);
 }
 
 Eigen::Vector3d row3(const Doubles& a, py::ssize_t i) {

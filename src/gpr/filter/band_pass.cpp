@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
+#include "base/require.h"
 #include "gpr/kernels/lanes.h"
 
 namespace gprodom::gpr {
@@ -21,13 +21,11 @@ std::vector<double> design_band_pass(double low_hz, double high_hz, double sampl
                                      double length_s) {
   const double low = low_hz * sample_interval_s;
   const double high = std::min(0.5, high_hz * sample_interval_s);
-  if (!(low > 0.0 && low < 0.5 && low < high)) {
-    throw std::invalid_argument(
-        "band-pass: expected 0 < low edge < high edge and a low edge below half the sampling rate");
-  }
-  if (!(length_s >= 2.0 * sample_interval_s)) {
-    throw std::invalid_argument("band-pass: expected a length of two samples or more");
-  }
+  require(
+      low > 0.0 && low < 0.5 && low < high,
+      "band-pass: expected 0 < low edge < high edge and a low edge below half the sampling rate");
+  require(length_s >= 2.0 * sample_interval_s,
+          "band-pass: expected a length of two samples or more");
   const int half = std::max(1, static_cast<int>(std::lround(0.5 * length_s / sample_interval_s)));
   const double middle = high < 0.5 ? 0.5 * (low + high) : 0.5;
   std::vector<double> taps;

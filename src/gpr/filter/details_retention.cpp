@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
+#include "base/require.h"
 #include "gprodom/error.h"
 
 namespace gprodom::gpr {
@@ -41,9 +41,7 @@ void DetailsRetention::reset() {
 // What depends on the sample interval and the length.
 void DetailsRetention::prepare(int n, double sample_interval_s) {
   reset();
-  if (!(sample_interval_s > 0.0)) {
-    throw std::invalid_argument("radar traces: expected a sample interval above 0");
-  }
+  require(sample_interval_s > 0.0, "radar traces: expected a sample interval above 0");
   const double low = options_.band_low, high = options_.band_high;
   if (options_.band_length > 0.0) {
     band_pass_ = ZeroPhaseFilter<float>(
@@ -72,7 +70,7 @@ DetailsRetention::Result DetailsRetention::filter(const GprTrace& trace, bool st
 
 DetailsRetention::Result DetailsRetention::filter(const float* samples, int n,
                                                   double sample_interval_s, bool standing) {
-  if (n < 32) throw std::invalid_argument("radar traces: expected 32 samples or more");
+  require(n >= 32, "radar traces: expected 32 samples or more");
   if (n != n_ || sample_interval_s != sample_interval_) prepare(n, sample_interval_s);
   Result result;
   result.quality = check_.check(samples, n);

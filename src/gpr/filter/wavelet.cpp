@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "base/require.h"
 #include "gpr/kernels/lanes.h"
 
 namespace gprodom::gpr {
@@ -14,10 +15,9 @@ StationaryWavelet<T>::StationaryWavelet(const Wavelet& wavelet, int levels)
     : levels_(levels),
       low_(wavelet.low.begin(), wavelet.low.end()),
       high_(wavelet.high.begin(), wavelet.high.end()) {
-  if (levels < 1 || levels > 16 || low_.empty() || low_.size() % 2 != 0 ||
-      low_.size() != high_.size()) {
-    throw std::invalid_argument("wavelet transform: expected 1 to 16 levels and even filters");
-  }
+  require(levels >= 1 && levels <= 16 && !low_.empty() && low_.size() % 2 == 0 &&
+              low_.size() == high_.size(),
+          "wavelet transform: expected 1 to 16 levels and even filters");
 }
 
 template <typename T>

@@ -11,21 +11,22 @@ namespace {
 constexpr double kMaxGatePeriods = 3.0;
 constexpr double kOverlappingTail = 0.1;  // of the next pulse's height: a tail above it overlaps
 
-void require(bool good, const char* option, const char* expected) {
+void require_option(bool good, const char* option, const char* expected) {
   if (!good) {
     throw std::invalid_argument(std::string("peaks: ") + option + " must be " + expected);
   }
 }
 
 PeakOptions checked(const PeakOptions& o) {
-  require(std::isfinite(o.noise_sigma) && o.noise_sigma >= 0.0, "noise_sigma", "0 or more");
-  require(o.min_snr >= 0.0, "min_snr", "0 or more");
-  require(o.min_relative >= 0.0 && o.min_relative < 1.0, "min_relative", "in [0, 1)");
-  require(o.gate_periods >= 1.0 && o.gate_periods <= kMaxGatePeriods, "gate_periods", "in [1, 3]");
-  require(o.max_joint >= 1 && o.max_joint <= kMaxJointPulses, "max_joint", "1, 2 or 3");
-  require(o.significance > 0.0 && o.significance < 1.0, "significance", "in (0, 1)");
-  require(o.max_residual > 0.0, "max_residual", "positive");
-  require(o.max_iterations >= 1, "max_iterations", "1 or more");
+  require_option(std::isfinite(o.noise_sigma) && o.noise_sigma >= 0.0, "noise_sigma", "0 or more");
+  require_option(o.min_snr >= 0.0, "min_snr", "0 or more");
+  require_option(o.min_relative >= 0.0 && o.min_relative < 1.0, "min_relative", "in [0, 1)");
+  require_option(o.gate_periods >= 1.0 && o.gate_periods <= kMaxGatePeriods, "gate_periods",
+                 "in [1, 3]");
+  require_option(o.max_joint >= 1 && o.max_joint <= kMaxJointPulses, "max_joint", "1, 2 or 3");
+  require_option(o.significance > 0.0 && o.significance < 1.0, "significance", "in (0, 1)");
+  require_option(o.max_residual > 0.0, "max_residual", "positive");
+  require_option(o.max_iterations >= 1, "max_iterations", "1 or more");
   return o;
 }
 

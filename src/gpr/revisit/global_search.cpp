@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <stdexcept>
 
 #include "base/processor.h"
+#include "base/require.h"
 
 namespace gprodom::gpr {
 namespace {
@@ -63,9 +63,8 @@ GlobalSearch::GlobalSearch(const PatchFilter& filter, double spacing,
       spacing_(spacing),
       feature_rows_(filter.rows()),
       piece_(static_cast<int>(std::lround(options.piece_m / (spacing * options.thinning)))) {
-  if (options.thinning < 1 || options.rows < 1 || piece_ < 4) {
-    throw std::invalid_argument("global search: expected pieces of four thinned columns or more");
-  }
+  require(options.thinning >= 1 && options.rows >= 1 && piece_ >= 4,
+          "global search: expected pieces of four thinned columns or more");
   options_.rows = std::min(options_.rows, feature_rows_);
   energy_.push_back(0.0);
 }
@@ -87,9 +86,8 @@ GlobalSearch::Thinned GlobalSearch::thin(const Columns& features) const {
 }
 
 void GlobalSearch::add_run(std::size_t first, const Columns& features) {
-  if (features.cols() != feature_rows_) {
-    throw std::invalid_argument("global search: expected as many rows as the filter gives");
-  }
+  require(features.cols() == feature_rows_,
+          "global search: expected as many rows as the filter gives");
   const Thinned run = thin(features);
   const auto rows = static_cast<std::size_t>(options_.rows);
   runs_.push_back({first, memory_.size() / rows});

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <vector>
 
 #include "base/median.h"
 #include "base/processor.h"
+#include "base/require.h"
 
 namespace gprodom::gpr {
 namespace {
@@ -133,13 +133,11 @@ Columns without_wow(Eigen::Index samples, double cut) {
 }
 
 void check_input(const Columns& traces, double spacing, double sample_interval) {
-  if (traces.rows() < 16 || traces.cols() < 16) {
-    throw std::invalid_argument("traces: expected at least 16 of at least 16 samples");
-  }
-  if (!(spacing > 0.0) || !(sample_interval > 0.0)) {
-    throw std::invalid_argument("expected a spacing (m) and a sample interval (s) above 0");
-  }
-  if (!traces.allFinite()) throw std::invalid_argument("traces: not all values are finite");
+  require(traces.rows() >= 16 && traces.cols() >= 16,
+          "traces: expected at least 16 of at least 16 samples");
+  require(spacing > 0.0 && sample_interval > 0.0,
+          "expected a spacing (m) and a sample interval (s) above 0");
+  require(traces.allFinite(), "traces: not all values are finite");
 }
 
 }  // namespace
@@ -189,7 +187,7 @@ PatchFilter::PatchFilter(LearntPatchFilter learnt) : learnt_(std::move(learnt)) 
                      learnt_.row_interval > 0 && learnt_.centre > 0 && learnt_.long_sigma > 0 &&
                      learnt_.long_sigma < 1e4 && learnt_.short_sigma >= 0 &&
                      learnt_.short_sigma < 1e4;
-  if (!sound) throw std::invalid_argument("patch filter: a figure of it is out of range");
+  require(sound, "patch filter: a figure of it is out of range");
 }
 
 PatchFilter::PatchFilter(const Columns& traces, double spacing, double sample_interval,
@@ -223,9 +221,7 @@ void PatchFilter::learn_projection(const Columns& traces, double spacing, double
   const double highest = median_bin(power_spectrum(varying)) * bin;
   const double period = 8.0;  // samples; only for the smoothness of the gain
   Eigen::ArrayXd deviation = smooth_gain(row_power(varying), 0.5 * period).sqrt();
-  if (!(deviation.maxCoeff() > 0.0)) {
-    throw std::invalid_argument("traces: nothing changes along the track");
-  }
+  require(deviation.maxCoeff() > 0.0, "traces: nothing changes along the track");
   const Eigen::RowVectorXf gain =
       deviation.max(1e-9 * deviation.maxCoeff()).inverse().matrix().transpose().cast<float>();
   varying.array().rowwise() *= gain.array();

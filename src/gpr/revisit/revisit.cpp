@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include "base/median.h"
+#include "base/require.h"
 #include "gpr/kernels/add_multiple.h"
 #include "gpr/revisit/matrix_product.h"
 #include "gpr/revisit/row_sums.h"
@@ -187,9 +187,8 @@ RevisitMatch PatchMatcher::match(const Columns& memory, const Columns& query, do
 
 PatchSurvey PatchMatcher::survey(const Columns& memory, const Columns& query,
                                  const SurveyRange& range) {
-  if (memory.cols() != edges_.back() || query.cols() != edges_.back()) {
-    throw std::invalid_argument("patches: expected as many rows as the filter gives");
-  }
+  require(memory.cols() == edges_.back() && query.cols() == edges_.back(),
+          "patches: expected as many rows as the filter gives");
   query_centre_ = 0.5 * static_cast<double>(query.rows() - 1);
   const double half_column = query_centre_ - std::floor(query_centre_);
   const double place = range.place - half_column;

@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/require.h"
+
 namespace gprodom::gpr {
 namespace {
 
@@ -14,20 +16,17 @@ constexpr std::size_t kMostKnown = 50;  // known stretches; only the newest few 
 }  // namespace
 
 TraceMemory::TraceMemory(TraceMemoryOptions options) : options_(options) {
-  if (!(options_.spacing_m > 0.0) || !(options_.learn_m >= 50 * options_.spacing_m) ||
-      !(options_.max_length_m >= 10.0)) {
-    throw std::invalid_argument(
-        "trace memory: expected a spacing above 0, at least 50 columns to learn from and 10 m "
-        "kept");
-  }
+  require(options_.spacing_m > 0.0 && options_.learn_m >= 50 * options_.spacing_m &&
+              options_.max_length_m >= 10.0,
+          "trace memory: expected a spacing above 0, at least 50 columns to learn from and 10 m "
+          "kept");
 }
 
 void TraceMemory::add(TimeNs time, const std::vector<float>& samples, double sample_interval,
                       double distance_m) {
   const auto n = static_cast<Eigen::Index>(samples.size());
-  if ((filter_ && n != filter_->samples()) || (waiting_ && waiting_->values.size() != n)) {
-    throw std::invalid_argument("trace memory: the traces' length has changed; clear() first");
-  }
+  require((!filter_ || n == filter_->samples()) && (!waiting_ || n == waiting_->values.size()),
+          "trace memory: the traces' length has changed; clear() first");
   sample_interval_ = sample_interval;
   Sample sample{time, distance_m, 1, Eigen::Map<const Eigen::RowVectorXf>(samples.data(), n)};
   Eigen::RowVectorXf features = sample.values;
@@ -117,10 +116,9 @@ void TraceMemory::set_filter(const PatchFilter& filter) {
 
 void TraceMemory::restore_run(const PatchFilter& filter, const std::vector<TimeNs>& times,
                               double first_distance_m, int direction, const Columns& features) {
-  if (features.cols() != filter.rows() || (filter_ && filter_->rows() != filter.rows()) ||
-      features.rows() != static_cast<Eigen::Index>(times.size())) {
-    throw std::invalid_argument("trace memory: columns, times and filter do not agree");
-  }
+  require(features.cols() == filter.rows() && (!filter_ || filter_->rows() == filter.rows()) &&
+              features.rows() == static_cast<Eigen::Index>(times.size()),
+          "trace memory: columns, times and filter do not agree");
   end_run();
   if (!filter_) set_filter(filter);
   for (std::size_t i = 0; i < times.size(); ++i) {
@@ -240,8 +238,6 @@ void TraceMemory::end_run_before_waiting() {
   direction_ = 0;
   last_.reset();
 }
-
-void TraceMemory::clear() { *this = TraceMemory(options_); }
 
 std::size_t TraceMemory::bytes() const {
   std::size_t sum = times_.size() * sizeof(TimeNs) + runs_.size() * sizeof(Run);

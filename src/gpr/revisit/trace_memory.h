@@ -92,7 +92,7 @@ class TraceMemory {
   const std::vector<BandLimit>& sessions() const { return sessions_; }
   // Ground to come is that of another drive, or of another antenna: a session from its first column
   // on.
-  void begin_session();
+  void begin_session() { begins_session_ = !sessions_.empty(); }
   // Ground to come, after end_run(), is of a session that has begun since the ground was restored.
   void resume_session(std::size_t session);
 
@@ -108,7 +108,7 @@ class TraceMemory {
   // Ends the run (after a gap in time, say).
   void end_run();
   // Forgets everything, the filter too.
-  void clear();
+  void clear() { *this = TraceMemory(options_); }
 
   // Empty until enough ground was seen.
   const std::optional<PatchFilter>& filter() const { return filter_; }

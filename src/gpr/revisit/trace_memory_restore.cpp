@@ -3,6 +3,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/require.h"
 #include "gpr/revisit/trace_memory.h"
 
 namespace gprodom::gpr {
@@ -35,8 +36,6 @@ PatchFilter even_rows(const BandLimit& limit, double spacing, const PatchFilterO
 }
 
 }  // namespace
-
-void TraceMemory::begin_session() { begins_session_ = !sessions_.empty(); }
 
 void TraceMemory::resume_session(std::size_t session) {
   session_ = session;
@@ -140,16 +139,16 @@ void TraceMemory::restore_columns(const StoredRun& run, const PatchFilter& filte
 
 void TraceMemory::restore(std::vector<BandLimit> sessions, const std::vector<StoredRun>& runs) {
   clear();
-  if (sessions.empty()) throw std::invalid_argument("it has no session");
+  require(!sessions.empty(), "it has no session");
   for (const BandLimit& session : sessions) {
-    if (session.rows() != sessions.front().rows() || session.step != sessions.front().step ||
-        session.deviation.size() != session.rows())
-      throw std::invalid_argument("the columns of its sessions differ");
+    require(session.rows() == sessions.front().rows() && session.step == sessions.front().step &&
+                session.deviation.size() == session.rows(),
+            "the columns of its sessions differ");
   }
   for (const StoredRun& run : runs) {
-    if (run.session >= sessions.size() || run.levels.cols() != sessions.front().rows() ||
-        run.levels.rows() != static_cast<Eigen::Index>(run.times.size()))
-      throw std::invalid_argument("columns, times and sessions do not agree");
+    require(run.session < sessions.size() && run.levels.cols() == sessions.front().rows() &&
+                run.levels.rows() == static_cast<Eigen::Index>(run.times.size()),
+            "columns, times and sessions do not agree");
   }
   sessions_ = std::move(sessions);
   const SessionFilters filters = learn_filters(runs);

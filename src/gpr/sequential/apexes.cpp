@@ -3,10 +3,10 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <utility>
 
 #include "base/median.h"
+#include "base/require.h"
 
 namespace gprodom::gpr {
 namespace {
@@ -215,8 +215,8 @@ double semblance_threshold(double median, double chance) {
 }
 
 std::vector<Apex> find_apexes(const Eigen::MatrixXf& bscan, const ApexOptions& options) {
-  if (!(options.sample_interval_s > 0.0) || !(options.pulse_s > 0.0))
-    throw std::invalid_argument("find_apexes: sample_interval and pulse must be positive");
+  require(options.sample_interval_s > 0.0 && options.pulse_s > 0.0,
+          "find_apexes: sample_interval and pulse must be positive");
   if (bscan.size() == 0) return {};
   return Search(bscan, options).run();
 }

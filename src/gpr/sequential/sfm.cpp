@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
+
+#include "base/require.h"
 
 namespace gprodom::gpr {
 
@@ -27,11 +28,9 @@ int feature_level(double pixel) {
 
 void build_sfm(const FeaturePoint* points, std::size_t count, const SfmGrid& grid,
                LevelMatrix& levels) {
-  if (grid.rows <= 0 || grid.columns <= 0 || !(grid.depth_range > 0.0) || !(grid.length > 0.0) ||
-      !(grid.amplitude_scale > 0.0)) {
-    throw std::invalid_argument(
-        "build_sfm: rows, columns, depth_range, length and amplitude_scale must be positive");
-  }
+  require(grid.rows > 0 && grid.columns > 0 && grid.depth_range > 0.0 && grid.length > 0.0 &&
+              grid.amplitude_scale > 0.0,
+          "build_sfm: rows, columns, depth_range, length and amplitude_scale must be positive");
   levels.setZero(grid.rows, grid.columns);
   for (std::size_t i = 0; i < count; ++i) {
     const FeaturePoint& point = points[i];
