@@ -1,8 +1,5 @@
-// Daubechies' filters by spectral factorisation (I. Daubechies, Ten Lectures on Wavelets, ch. 6,
-// 8).
-#include <algorithm>
-#include <cmath>
-#include <complex>
+// Daubechies' wavelets: their filters by spectral factorisation (I. Daubechies, Ten Lectures on
+// Wavelets, ch. 6, 8).
 #include <stdexcept>
 
 #include "gpr/filter/wavelet.h"
@@ -10,129 +7,60 @@
 namespace gprodom::gpr {
 namespace {
 
-using Complex = std::complex<double>;
-using Zeros = std::vector<Complex>;  // of one real zero, or of a conjugate pair
-
-// sum_{k<N} C(N-1+k, k) y^k, of which |H|^2 = 2 cos^2N(w/2) P(sin^2(w/2)); lowest power first.
-std::vector<double> daubechies_polynomial(int order) {
-  std::vector<double> p(order, 1.0);
-  for (int k = 1; k < order; ++k) p[k] = p[k - 1] * (order - 1 + k) / k;
-  return p;
-}
-
-// All roots at once (Durand-Kerner): the polynomials have simple roots and degree 7 at most.
-std::vector<Complex> roots(const std::vector<double>& p) {
-  const int degree = static_cast<int>(p.size()) - 1;
-  std::vector<Complex> result(std::max(degree, 0));
-  for (int k = 0; k < degree; ++k) result[k] = std::pow(Complex(0.4, 0.9), k);
-  for (int iteration = 0; iteration < 200; ++iteration) {
-    for (int i = 0; i < degree; ++i) {
-      Complex value = 0.0, others = p[degree];
-      for (int k = degree; k >= 0; --k) value = value * result[i] + p[k];
-      for (int j = 0; j < degree; ++j) {
-        if (j != i) others *= result[i] - result[j];
-      }
-      result[i] -= value / others;
-    }
-  }
-  return result;
-}
-
-// Zeros within the unit circle, z + 1/z = 2 - 4y, real ones and conjugate pairs together.
-std::vector<Zeros> zeros_inside(int order) {
-  std::vector<Zeros> result;
-  for (const Complex& y : roots(daubechies_polynomial(order))) {
-    if (y.imag() < -1e-9) continue;  // comes with its conjugate
-    const Complex b = 2.0 - 4.0 * y;
-    Complex z = 0.5 * (b + std::sqrt(b * b - 4.0));
-    if (std::abs(z) > 1.0) z = 1.0 / z;
-    if (y.imag() < 1e-9) {
-      result.emplace_back(1, z);
-    } else {
-      result.push_back({z, std::conj(z)});
-    }
-  }
-  return result;
-}
-
-// (1 + z)^order prod (z - zero), scaled to the sum sqrt(2).
-std::vector<double> synthesis_low_pass(int order, const Zeros& zeros) {
-  std::vector<Complex> h{1.0};
-  const auto multiply = [&h](Complex c) {  // by (1 + c z)
-    h.emplace_back(0.0);
-    for (std::size_t i = h.size() - 1; i > 0; --i) h[i] += c * h[i - 1];
-  };
-  for (int k = 0; k < order; ++k) multiply(1.0);
-  for (const Complex& zero : zeros) multiply(-zero);
-  Complex sum = 0.0;
-  for (const Complex& value : h) sum += value;
-  std::vector<double> result;
-  result.reserve(h.size());
-  for (const Complex& value : h) result.push_back((value * std::sqrt(2.0) / sum).real());
-  return result;
-}
-
-// Mean squared deviation of the phase from the straight line through the origin that fits it best.
-double phase_nonlinearity(const std::vector<double>& h) {
-  constexpr int kSteps = 512;
-  double wp = 0.0, ww = 0.0, pp = 0.0, phase = 0.0;
-  Complex before = 1.0;
-  for (int k = 1; k < kSteps; ++k) {
-    const double w = M_PI * k / kSteps;
-    Complex response = 0.0;
-    for (std::size_t j = 0; j < h.size(); ++j) {
-      response += h[j] * std::polar(1.0, -w * static_cast<double>(j));
-    }
-    phase += std::arg(response / before);
-    before = response;
-    wp += w * phase;
-    ww += w * w;
-    pp += phase * phase;
-  }
-  return pp - wp * wp / ww;
-}
-
-// Chooses each zero inside or outside the unit circle so that the phase is as linear as possible. A
-// filter and its mirror image are equally good; takes the one whose centre of mass is right of its
-// middle.
-std::vector<double> least_asymmetric(int order) {
-  const std::vector<Zeros> groups = zeros_inside(order);
-  std::vector<double> best;
-  double smallest = 0.0;
-  for (unsigned choice = 0; choice < 1u << groups.size(); ++choice) {
-    Zeros zeros;
-    for (std::size_t g = 0; g < groups.size(); ++g) {
-      for (const Complex& z : groups[g]) zeros.push_back((choice >> g & 1u) != 0 ? 1.0 / z : z);
-    }
-    const std::vector<double> h = synthesis_low_pass(order, zeros);
-    double centre = 0.0;
-    for (std::size_t j = 0; j < h.size(); ++j) centre += static_cast<double>(j) * h[j];
-    if (centre < std::sqrt(2.0) * (order - 0.5)) continue;
-    const double nonlinearity = phase_nonlinearity(h);
-    if (best.empty() || nonlinearity < smallest) {
-      best = h;
-      smallest = nonlinearity;
-    }
-  }
-  return best;
-}
-
-std::vector<double> extremal_phase(int order) {
-  Zeros zeros;
-  for (const Zeros& group : zeros_inside(order)) {
-    zeros.insert(zeros.end(), group.begin(), group.end());
-  }
-  return synthesis_low_pass(order, zeros);
-}
+// Low-pass filters of the synthesis, in the order of WaveletKind. sym: with the zeros chosen inside
+// or outside the unit circle so that the phase is as linear as possible.
+const std::vector<double> kSynthesis[] = {
+    // db1
+    {0.70710678118654757, 0.70710678118654757},
+    // db2
+    {0.48296291314453416, 0.83651630373780794, 0.22414386804201339, -0.1294095225512604},
+    // db3
+    {0.33267055295008258, 0.80689150931109244, 0.45987750211849165, -0.13501102001025458,
+     -0.085441273882026658, 0.035226291885709526},
+    // db4
+    {0.23037781330889651, 0.71484657055291578, 0.63088076792985881, -0.027983769416859802,
+     -0.18703481171909309, 0.03084138183556075, 0.032883011666885197, -0.010597401785069032},
+    // db5
+    {0.1601023979741929, 0.60382926979718954, 0.72430852843777316, 0.13842814590132058,
+     -0.24229488706638189, -0.032244869584638396, 0.077571493840045677, -0.0062414902127982605,
+     -0.012580751999081997, 0.0033357252854737695},
+    // db6
+    {0.11154074335010948, 0.49462389039845306, 0.75113390802109548, 0.31525035170919796,
+     -0.22626469396544005, -0.12976686756726177, 0.097501605587322876, 0.027522865530305803,
+     -0.031582039317486044, 0.00055384220116149309, 0.0047772575109455108, -0.0010773010853084794},
+    // db7
+    {0.077852054085009198, 0.39653931948191734, 0.72913209084623543, 0.46978228740519318,
+     -0.14390600392856479, -0.2240361849938752, 0.071309219266830468, 0.080612609151082995,
+     -0.038029936935014406, -0.016574541630666878, 0.01255099855609984, 0.00042957797292136749,
+     -0.0018016407040474915, 0.00035371379997452024},
+    // db8
+    {0.054415842243104001, 0.31287159091430006, 0.67563073629728954, 0.58535468365420695,
+     -0.015829105256349486, -0.28401554296154663, 0.00047248457391280564, 0.12874742662047881,
+     -0.017369301001807707, -0.044088253930794692, 0.013981027917398269, 0.0087460940474057731,
+     -0.0048703529934515724, -0.00039174037337694656, 0.00067544940645056901,
+     -0.00011747678412476951},
+    // sym4
+    {0.032223100604051466, -0.012603967262031314, -0.099219543576633498, 0.29785779560530606,
+     0.80373875180513221, 0.49761866763277496, -0.029635527646002479, -0.075765714789502212},
+    // sym5
+    {0.01953888273524982, -0.021101834024689049, -0.17532808990805607, 0.016602105764510697,
+     0.63397896345679228, 0.72340769040404052, 0.19939753397685556, -0.039134249302313816,
+     0.029519490925706247, 0.027333068344998757},
+    // sym6
+    {-0.0078007083250323786, 0.001767711864254009, 0.044724901770781353, -0.021060292512370866,
+     -0.072637522786376585, 0.33792942172816598, 0.78764114102865113, 0.49105594192797397,
+     -0.048311742585698231, -0.11799011114851997, 0.0034907120842221392, 0.015404109327044823},
+    // sym8
+    {0.0018899503327676898, -0.00030292051472413195, -0.014952258337062206, 0.0038087520138944922,
+     0.049137179673730311, -0.027219029917103548, -0.051945838107881899, 0.36444189483617906,
+     0.77718575169962745, 0.481359651259054, -0.061273359067811117, -0.14329423835127264,
+     0.0076074873249766094, 0.031695087811525989, -0.00054213233180001386, -0.0033824159510050028}};
 
 }  // namespace
 
 Wavelet make_wavelet(WaveletKind kind) {
   if (kind == WaveletKind::kNone) throw std::invalid_argument("wavelet: expected one, got none");
-  const std::string name = name_of(kind);  // its last letter is the order
-  const int order = name.back() - '0';
-  const std::vector<double> synthesis =
-      kind < WaveletKind::kSym4 ? extremal_phase(order) : least_asymmetric(order);
+  const std::vector<double>& synthesis = kSynthesis[static_cast<std::size_t>(kind)];
   Wavelet wavelet;
   wavelet.low.assign(synthesis.rbegin(), synthesis.rend());
   for (std::size_t j = 0; j < synthesis.size(); ++j) {
