@@ -128,24 +128,18 @@ LcmMessage encode(const std::string& channel, const Message& message) {
 
 std::vector<LcmMessage> make_messages(const ChannelConfig& channels, const Outputs& outputs) {
   std::vector<LcmMessage> messages;
-  messages.reserve(outputs.corrections.size() + outputs.displacements.size() + outputs.sfm.size() +
-                   outputs.odometry.size() + 2 * outputs.odometry_in_map.size() +
-                   outputs.status.size());
-  for (const auto& c : outputs.corrections) {
-    messages.push_back(encode(channels.correction, to_message(c)));
-  }
-  for (const auto& d : outputs.displacements) {
-    messages.push_back(encode(channels.displacement, to_message(d)));
-  }
-  for (const auto& s : outputs.sfm) messages.push_back(encode(channels.sfm, to_message(s)));
-  for (const auto& o : outputs.odometry) {
-    messages.push_back(encode(channels.odometry, to_message(o, "odom")));
-  }
+  const auto add = [&](const std::string& channel, const auto& items, const auto&... frame) {
+    for (const auto& item : items) messages.push_back(encode(channel, to_message(item, frame...)));
+  };
+  add(channels.correction, outputs.corrections);
+  add(channels.displacement, outputs.displacements);
+  add(channels.sfm, outputs.sfm);
+  add(channels.odometry, outputs.odometry, "odom");
   for (const auto& o : outputs.odometry_in_map) {
     messages.push_back(encode(channels.odometry_map, to_message(o, "map")));
     messages.push_back(encode(channels.pose, to_pose_message(o)));
   }
-  for (const auto& s : outputs.status) messages.push_back(encode(channels.status, to_message(s)));
+  add(channels.status, outputs.status);
   std::stable_sort(messages.begin(), messages.end(),
                    [](const LcmMessage& a, const LcmMessage& b) { return a.utime < b.utime; });
   return messages;

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
-#include <stdexcept>
 
+#include "base/require.h"
 #include "gpr/kernels/dot_product.h"
 
 namespace gprodom::gpr {
@@ -43,12 +43,10 @@ void sum_energy(const T* columns, int rows, int count, std::vector<double>& sum)
   }
 }
 
-void check_sizes(Eigen::Index rows_a, Eigen::Index columns_a, Eigen::Index rows_b,
-                 Eigen::Index columns_b) {
-  if (rows_a != rows_b || columns_a != columns_b || rows_a < 1 || columns_a < 3) {
-    throw std::invalid_argument(
-        "align: both windows must have the same size, at least one row and three columns");
-  }
+template <typename Window>
+void check_sizes(const Window& a, const Window& b) {
+  require(a.rows() == b.rows() && a.cols() == b.cols() && a.rows() >= 1 && a.cols() >= 3,
+          "align: both windows must have the same size, at least one row and three columns");
 }
 
 }  // namespace
@@ -88,45 +86,34 @@ Alignment locate_minimum(const ShiftDistances& distances, double independent_cel
   return result;
 }
 
-template <typename T, typename Sum>
+template <typename T>
 void Aligner::fill_distances(const T* a, const T* b, int rows, int columns) {
   sum_energy(a, rows, columns, energy_a_);
   sum_energy(b, rows, columns, energy_b_);
-  const int limit = shift_limit(columns, options_);
-  distances_.limit = limit;
-  distances_.columns = columns;
-  distances_.distance.resize(2 * static_cast<std::size_t>(limit) + 1);
-  for (int shift = -limit; shift <= limit; ++shift) {
-    const int width = columns - std::abs(shift);
-    const int from_a = std::max(0, -shift), from_b = std::max(0, shift);
+  distances_.fill(columns, options_, [&](int width, int from_a, int from_b) {
     const double energy = (energy_a_[from_a + width] - energy_a_[from_a]) *
                           (energy_b_[from_b + width] - energy_b_[from_b]);
-    double& distance = distances_.distance[static_cast<std::size_t>(shift + limit)];
-    if (!(energy > 0.0)) {
-      distance = kNoDistance;
-      continue;
-    }
-    const Sum product = dot_product(a + static_cast<std::ptrdiff_t>(from_a) * rows,
-                                    b + static_cast<std::ptrdiff_t>(from_b) * rows,
-                                    static_cast<std::size_t>(width) * rows);
+    if (!(energy > 0.0)) return kNoDistance;
+    const auto product = dot_product(a + static_cast<std::ptrdiff_t>(from_a) * rows,
+                                     b + static_cast<std::ptrdiff_t>(from_b) * rows,
+                                     static_cast<std::size_t>(width) * rows);
     const double scale = options_.form == DistanceForm::kCosine ? std::sqrt(energy) : energy;
-    distance = 1.0 - static_cast<double>(product) / scale;
-  }
+    return 1.0 - static_cast<double>(product) / scale;
+  });
 }
 
 Alignment Aligner::align(const LevelMatrix& a, const LevelMatrix& b) {
-  check_sizes(a.rows(), a.cols(), b.rows(), b.cols());
+  check_sizes(a, b);
   const int filled = to_columns(a, columns_a_) + to_columns(b, columns_b_);
-  fill_distances<std::int16_t, std::int32_t>(
-      columns_a_.data(), columns_b_.data(), static_cast<int>(a.rows()), static_cast<int>(a.cols()));
+  fill_distances(columns_a_.data(), columns_b_.data(), static_cast<int>(a.rows()),
+                 static_cast<int>(a.cols()));
   // Only filled cells carry information on the place.
   return locate_minimum(distances_, std::max(1.0, 0.5 * filled), MinimumShape::kLines);
 }
 
 Alignment Aligner::align(const Eigen::MatrixXf& a, const Eigen::MatrixXf& b) {
-  check_sizes(a.rows(), a.cols(), b.rows(), b.cols());
-  fill_distances<float, double>(a.data(), b.data(), static_cast<int>(a.rows()),
-                                static_cast<int>(a.cols()));
+  check_sizes(a, b);
+  fill_distances(a.data(), b.data(), static_cast<int>(a.rows()), static_cast<int>(a.cols()));
   // Samples of a band-limited trace, and neighbouring traces, are correlated: about every fourth is
   // independent.
   return locate_minimum(distances_, static_cast<double>(a.size()) / 4.0, MinimumShape::kParabola);

@@ -13,7 +13,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstdint>
+#include <cstdlib>
 #include <vector>
 
 #include "gpr/sequential/sfm.h"
@@ -36,6 +38,9 @@ struct Alignment {
   int overlap = 0;         // common columns at l*
 };
 
+// The largest |l| searched for windows of `columns` columns.
+int shift_limit(int columns, const AlignmentOptions& options);
+
 // Distances for the shifts -limit..limit (element i is shift i - limit); NaN where one side has no
 // energy in the overlap.
 struct ShiftDistances {
@@ -44,10 +49,18 @@ struct ShiftDistances {
   std::vector<double> distance;
 
   double at(int shift) const { return distance[static_cast<std::size_t>(shift + limit)]; }
-};
 
-// The largest |l| searched for windows of `columns` columns.
-int shift_limit(int columns, const AlignmentOptions& options);
+  // Of two windows of so many columns. of(width, from_a, from_b): of the parts of `width` columns
+  // that begin at column `from_a` of the one and `from_b` of the other.
+  template <typename Of>
+  void fill(int columns_of_each, const AlignmentOptions& options, Of of) {
+    columns = columns_of_each;
+    limit = shift_limit(columns, options);
+    distance.clear();
+    for (int shift = -limit; shift <= limit; ++shift)
+      distance.push_back(of(columns - std::abs(shift), std::max(0, -shift), std::max(0, shift)));
+  }
+};
 
 // Shape of the distance near its minimum, which gives the sub-column place: a parabola for smooth
 // windows; two straight lines of equal slope for features that are binned into cells (a feature
@@ -80,7 +93,7 @@ class Aligner {
   const ShiftDistances& distances() const { return distances_; }
 
  private:
-  template <typename T, typename Sum>
+  template <typename T>
   void fill_distances(const T* a, const T* b, int rows, int columns);
 
   AlignmentOptions options_;

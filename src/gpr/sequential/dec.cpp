@@ -4,7 +4,8 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
-#include <stdexcept>
+
+#include "base/require.h"
 
 namespace gprodom::gpr {
 
@@ -149,23 +150,16 @@ bool CurveRefiner::refine(const std::vector<EnergyPoints>& columns, Eigen::Vecto
 }
 
 Alignment CurveAligner::align(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
-  if (a.size() != b.size() || a.size() < 3) {
-    throw std::invalid_argument("align: both curves must have the same length, at least three");
-  }
+  require(a.size() == b.size() && a.size() >= 3,
+          "align: both curves must have the same length, at least three");
   const int columns = static_cast<int>(a.size());
-  distances_.limit = shift_limit(columns, options_);
-  distances_.columns = columns;
-  distances_.distance.resize(2 * static_cast<std::size_t>(distances_.limit) + 1);
-  for (int shift = -distances_.limit; shift <= distances_.limit; ++shift) {
-    const int width = columns - std::abs(shift);
-    const auto in_a = a.segment(std::max(0, -shift), width);
-    const auto in_b = b.segment(std::max(0, shift), width);
+  distances_.fill(columns, options_, [&](int width, int from_a, int from_b) {
+    const auto in_a = a.segment(from_a, width), in_b = b.segment(from_b, width);
     const double variation =
         (in_a.array() - in_a.mean()).square().sum() + (in_b.array() - in_b.mean()).square().sum();
-    distances_.distance[static_cast<std::size_t>(shift + distances_.limit)] =
-        variation > 1e-9 * width ? (in_a - in_b).squaredNorm() / variation
-                                 : std::numeric_limits<double>::quiet_NaN();
-  }
+    return variation > 1e-9 * width ? (in_a - in_b).squaredNorm() / variation
+                                    : std::numeric_limits<double>::quiet_NaN();
+  });
   return locate_minimum(distances_, columns / 3.0, MinimumShape::kParabola);
 }
 
