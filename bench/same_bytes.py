@@ -26,27 +26,27 @@ holds a text; without --base the present program is compared with itself.
 
 from __future__ import annotations
 
+import argparse
 import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
+import tempfile
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from estimates import mount_in, mounting_setting
 from gprodom import RESET_ALL, CommandName
 from gprodom.config import STANDARD
-from gprodom.console import Progress
+from gprodom.console import Progress, format_table
 from gprodom.errors import Error
-from gprodom.files import temporary_folder
 from gprodom.lcm.messages import message
 from gprodom.odometry.methods import METHODS
 from gprodom.odometry.replay import find_program
 from log_events import differences, read_events, write_events
-from program import exit_with, parser_of, print_figures, table_of
+from program import exit_with, parser_of, print_figures
 from recordings import Recording, convert, recordings_of
 from repeat_log import repeat
 from zips import log_of
@@ -81,25 +81,27 @@ PRESENT = Side(find_program(), CHECKOUT / "config")
 
 @dataclass(frozen=True)
 class Case:
-    """A replay of a log or sequence, or of a recording of a robot in the folder `source`. keeps:
-    with a state directory, which begins as a copy of `kept` if given."""
+    """A replay. keeps: with a state directory, which begins as a copy of `kept` if given. trouble:
+    why there is no log."""
 
     name: str
-    source: Path
+    log: Path
     profile: str
     overrides: tuple[str, ...] = ()
     smoothed: bool = False
     keeps: bool = False
     kept: Path | None = None
-    recording: Recording | None = None
+    trouble: str = ""
 
-    def ready(self, folder: Path) -> tuple[Path, tuple[str, ...]]:
-        """Its log, and its settings: of a recording, with the mounting that is found."""
-        if self.recording is None:
-            return log_of(self.source, folder), self.overrides
-        log = folder / "in.lcmlog"
-        convert(self.recording, self.source, log)
-        return log, (mounting_setting(mount_in(log)), *self.recording.settings)
+
+@dataclass(frozen=True)
+class Result:
+    """Of one case. differing: what is not the same, in words; empty where all is."""
+
+    case: str
+    messages: int
+    files: int
+    differing: list[str]
 
 
 # ---- what is replayed ----
@@ -148,16 +150,38 @@ def sample_cases(base: Side, folder: Path, short: bool) -> Iterator[Case]:
     yield Case("state", rest, "cmu_gpr.yaml", FULL, keeps=True, kept=kept)
 
 
-def data_cases(data: Path) -> Iterator[Case]:
+def data_cases(data: Path, folder: Path, only: Sequence[str]) -> Iterator[Case]:
     """The cases on recorded sequences."""
-    for kind, profile in (("cmu_like", "cmu_gpr.yaml"), ("rough", "gprodom.yaml")):
-        sequences = sorted((data / kind).glob("*.zip"))
-        if not sequences:
-            raise Error(f"{data}: expected sequences in its folder {kind}")
-        yield from (Case(f"{kind} {each.stem}", each, profile) for each in sequences)
-    robots = data / "robots"
-    for name, recording in recordings_of(robots).items():
-        yield Case(f"robots {name}", robots, "gprodom.yaml", smoothed=True, recording=recording)
+    like, rough = (sorted((data / name).glob("*.zip")) for name in ("cmu_like", "rough"))
+    if not like or not rough:
+        raise Error(f"{data}: expected sequences in its folders cmu_like and rough")
+    for kind, profile, sequences in (
+        ("cmu_like", "cmu_gpr.yaml", like),
+        ("rough", "gprodom.yaml", rough),
+    ):
+        for sequence in sequences:
+            name = f"{kind} {sequence.stem}"
+            if is_wanted(name, only):
+                yield Case(name, log_of(sequence, folder), profile)
+    for name, recording in recordings_of(data / "robots").items():
+        if is_wanted(f"robots {name}", only):
+            yield robot_case(f"robots {name}", recording, data / "robots", folder)
+
+
+def robot_case(name: str, recording: Recording, data: Path, folder: Path) -> Case:
+    """Of a recording, with the mounting that is found; one that is refused tells why."""
+    log = folder / f"{re.sub(r'[^a-z0-9]+', '_', name)}.lcmlog"
+    try:
+        convert(recording, data, log)
+        settings = (mounting_setting(mount_in(log)), *recording.settings)
+    except Error as error:
+        return Case(name, log, "gprodom.yaml", trouble=str(error))
+    return Case(name, log, "gprodom.yaml", settings, smoothed=True)
+
+
+def is_wanted(name: str, only: Sequence[str]) -> bool:
+    """A case of that name, if only those that hold one of the texts are."""
+    return not only or any(part in name for part in only)
 
 
 # ---- replays by both programs ----
@@ -166,49 +190,82 @@ def data_cases(data: Path) -> Iterator[Case]:
 def run(side: Side, case: Case, folder: Path, name: str) -> dict[str, Path]:
     """Replays; the files that were written, by what they are."""
     folder.mkdir(parents=True, exist_ok=True)
-    log, settings = case.ready(folder)
     made = {"log": folder / f"{name}.lcmlog"}
-    command = [str(side.program), "-c", str(side.profiles / case.profile), str(log)]
+    command = [str(side.program), "-c", str(side.profiles / case.profile), str(case.log)]
     command += ["-o", str(made["log"])]
     if case.smoothed:
         made["smoothed"] = folder / f"{name}.smoothed.tum"
         command += ["--smoothed", str(made["smoothed"])]
+    overrides = list(case.overrides)
     state = folder / "state"  # of the same path on both sides
     if case.keeps:
         shutil.rmtree(state, ignore_errors=True)
         state.mkdir()
         if case.kept is not None:
             shutil.copytree(case.kept, state, dirs_exist_ok=True)
-        settings = (*settings, f"state.directory={state}")
-    for setting in settings:
-        command += ["--set", setting]
+        overrides.append(f"state.directory={state}")
+    for override in overrides:
+        command += ["--set", override]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode != 0:
         raise Error(f"{case.name}, {name}: {done.stderr.strip() or done.returncode}")
     if case.keeps:
-        left = shutil.copytree(state, folder / f"{name}.state", dirs_exist_ok=True)
+        left = folder / f"{name}.state"
+        shutil.rmtree(left, ignore_errors=True)
+        shutil.copytree(state, left)
         made |= {f"state/{path.name}": path for path in sorted(left.iterdir())}
     return made
 
 
-def compare(base: Side, case: Case, folder: Path) -> dict[str, Any]:
-    """Replays the case on both sides. differing: what is not the same, in words."""
+def compare(base: Side, present: Side, case: Case, folder: Path) -> Result:
+    """Replays the case on both sides."""
+    if case.trouble:
+        return Result(case.name, 0, 0, [case.trouble])
     folder = folder / re.sub(r"\W+", "_", case.name)
-    row = {"case": case.name, "messages": 0, "files": 0}
     try:
-        before, now = run(base, case, folder, "base"), run(PRESENT, case, folder, "present")
+        before, now = run(base, case, folder, "base"), run(present, case, folder, "present")
     except Error as error:
-        return row | {"differing": [str(error)]}
+        return Result(case.name, 0, 0, [str(error)])
+    count = len(read_events(now["log"]))
     differing = [f"{name} on one side only" for name in sorted(before.keys() ^ now.keys())]
     for name in sorted(before.keys() & now.keys()):
         if before[name].read_bytes() != now[name].read_bytes():
             differing += differences(before[name], now[name]) if name == "log" else [name]
-    count = len(read_events(now["log"]))
-    shutil.rmtree(folder)  # as the data of a long list would fill a disk
-    return row | {"messages": count, "files": len(now), "differing": differing}
+    if not differing:  # gone, as the data of a long list would fill a disk
+        shutil.rmtree(folder)
+    return Result(case.name, count, len(now), differing)
 
 
 # ---- the command line ----
+
+
+def compare_all(base: Side, args: argparse.Namespace, folder: Path) -> list[Result]:
+    """All cases, in their order."""
+    cases = list(sample_cases(base, folder, args.short))
+    if args.data is not None:
+        cases += data_cases(args.data, folder, args.only)
+    cases = [case for case in cases if is_wanted(case.name, args.only)]
+    with Progress("replaying", len(cases)) as progress, ThreadPoolExecutor(args.jobs) as pool:
+
+        def work(case: Case) -> Result:
+            result = compare(base, PRESENT, case, folder)
+            progress.advance()
+            return result
+
+        return list(pool.map(work, cases))
+
+
+def report(results: Sequence[Result]) -> str:
+    """The table and the sums."""
+    rows = [
+        [result.case, result.messages, result.files, "; ".join(result.differing) or "same"]
+        for result in results
+    ]
+    wrong = sum(bool(result.differing) for result in results)
+    total = sum(result.messages for result in results)
+    verdict = f"{wrong} differ" if wrong else "the same"
+    table = format_table(["case", "messages", "files", "bytes"], rows)
+    return f"{table}\n{len(results)} cases, {total} messages: {verdict}"
 
 
 def main() -> int:
@@ -222,32 +279,23 @@ def main() -> int:
     parser.add_argument("--data", type=Path, metavar="DIR", help="recorded sequences")
     parser.add_argument("--only", action="append", default=[], metavar="TEXT", help="some cases")
     parser.add_argument("--short", action="store_true", help="the sample by one method alone")
+    parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="keep what differs there")
     args = parser.parse_args()
-    wanted = args.only or [""]
-    with temporary_folder() as folder, ThreadPoolExecutor(args.jobs) as pool:
-        side = PRESENT
+    with tempfile.TemporaryDirectory(prefix="gprodom-") as temporary:
+        folder = Path(temporary)
+        if args.output is not None:
+            args.output.mkdir(parents=True, exist_ok=True)
+            folder = args.output.resolve()
+        base_side = PRESENT
         if args.base is not None:
-            other = sources_of(args.base, folder)
+            other = sources_of(args.base, Path(temporary))
             build(other, ["gprodom-replay"])
-            side = Side(other.root / "build/bin/gprodom-replay", other.root / "config")
+            base_side = Side(other.root / "build/bin/gprodom-replay", other.root / "config")
         elif args.base_program is not None:
-            side = replace(PRESENT, program=args.base_program)
-        cases = list(sample_cases(side, folder, args.short))
-        cases += data_cases(args.data) if args.data is not None else []
-        cases = [case for case in cases if any(text in case.name for text in wanted)]
-        with Progress("replaying", len(cases)) as progress:
-
-            def work(case: Case) -> dict[str, Any]:
-                found = compare(side, case, folder)
-                progress.advance()
-                return found
-
-            rows = list(pool.map(work, cases))
-    wrong = sum(bool(row["differing"]) for row in rows)
-    lines = [row | {"differing": "; ".join(row["differing"]) or "same"} for row in rows]
-    total = f"{len(rows)} cases, {sum(row['messages'] for row in rows)} messages: {wrong} differ"
-    print_figures(args, rows, f"{table_of(lines)}\n{total}")
-    return 1 if wrong else 0
+            base_side = replace(PRESENT, program=args.base_program)
+        results = compare_all(base_side, args, folder)
+    print_figures(args, [vars(result) for result in results], report(results))
+    return 1 if any(result.differing for result in results) else 0
 
 
 if __name__ == "__main__":
