@@ -25,24 +25,25 @@ Mapper::Mapper(const Config& config, std::optional<GroundMap> before,
       relocation_(config_, track_, store_),
       search_(config_, track_, store_, relocation_) {}
 
+// The whole algorithm, for what has come since the last job.
 MapAnswer Mapper::run(const MapInput& input) {
   MapAnswer answer;
   const bool was_located = store_.located();
-  track_.follow(input.states);
+  track_.follow(input.states);  // the path, and a node of the graph every kNodeSpacing
   if (!track_.begun()) return answer;
   if (const auto map = std::exchange(starts_in_, std::nullopt)) store_.locate_in(*map, true);
   if (const auto errors = track_.errors(input.scale_sigma)) store_.note_errors(*errors);
   external_.insert(external_.end(), input.revisits.begin(), input.revisits.end());
-  use_external(answer);
-  answer.tied = site_.take(input, answer.notes);
+  use_external(answer);                           // revisits of other processes
+  answer.tied = site_.take(input, answer.notes);  // fixes, and whether map is site now
   if (input.told && relocation_.suppose(*input.told, answer.notes)) search_.forget();
   const auto take = [&](const GroundSearch::Found& found) { use_found(found, answer); };
   for (const GprTrace& trace : input.traces) {
     if (store_.remember(trace, track_.path(), answer.notes)) search_.follow_antenna();
-    search_.look(take);
+    search_.look(take);  // revisits on ground nearby become edges of the graph
   }
   for (const GprTrace& trace : input.beside) search_.look_beside(trace, take);
-  if (relocation_.locate(answer.notes)) search_.forget();
+  if (relocation_.locate(answer.notes)) search_.forget();  // on all ground, where that is due
   answer.located = store_.located() && !was_located;
   answer.map = store_.map();
   const auto has_ground = [this](std::size_t node) {

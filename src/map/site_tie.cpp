@@ -137,13 +137,13 @@ std::optional<SiteTie::Tie> SiteTie::tie_by_fixes() const {
 
 // From now on `map` is `site`, if a solution with the fixes is sure enough of the heading there.
 // Ground of an earlier track that this one lies on goes with it.
-bool SiteTie::tie(const TrackGraph::Wheel& wheel, std::vector<std::string>& notes) {
+bool SiteTie::tie(const ScaleKnown& scale, std::vector<std::string>& notes) {
   if (track_.path().nodes() < 2) return false;
   const std::optional<Tie> by_ground = tie_by_ground();
   const std::optional<Tie> tie = by_ground ? by_ground : tie_by_fixes();
   const bool located = store_.located();
   if (!tie ||
-      !track_.move_to_site(tie->by, tie->first, wheel, located ? kTieGroundYaw : kTieYaw, notes))
+      !track_.move_to_site(tie->by, tie->first, scale, located ? kTieGroundYaw : kTieYaw, notes))
     return false;
   const bool had_datum = store_.datums().erase(store_.map()) > 0;
   if (had_datum && located && !by_ground)

@@ -41,7 +41,7 @@ class SiteTie {
     std::optional<MapDatum> datum;  // of the ground that the track lies on, if that tells `by`
   };
   void take_datums();
-  bool tie(const TrackGraph::Wheel& wheel, std::vector<std::string>& notes);
+  bool tie(const ScaleKnown& scale, std::vector<std::string>& notes);
   std::optional<Tie> tie_by_ground() const;
   std::optional<Tie> tie_by_fixes() const;
   std::vector<PlanarPose> places_of_fixes(const PlanarPose& site_from_map) const;

@@ -101,13 +101,13 @@ void TrackGraph::move_newest(const PlanarPose& by) {
 }
 
 bool TrackGraph::move_to_site(const PlanarPose& by, const Eigen::Matrix3d& first,
-                              const Wheel& wheel, double yaw_sigma,
+                              const ScaleKnown& scale, double yaw_sigma,
                               std::vector<std::string>& notes) {
   PoseGraph in_site = *graph_;
   in_site.move(by);
   in_site.set_first_prior(first);
   try {
-    const PlanarEstimate newest = in_site.solve(wheel.scale, wheel.sigma).newest;
+    const PlanarEstimate newest = in_site.solve(scale.scale, scale.sigma).newest;
     if (std::sqrt(newest.covariance(2, 2)) > yaw_sigma) return false;
   } catch (const std::runtime_error& error) {
     notes.emplace_back(error.what());
@@ -120,28 +120,28 @@ bool TrackGraph::move_to_site(const PlanarPose& by, const Eigen::Matrix3d& first
   return true;
 }
 
-bool TrackGraph::solve_if_due(const Wheel& wheel,
+bool TrackGraph::solve_if_due(const ScaleKnown& scale,
                               const std::function<bool(std::size_t)>& has_ground,
                               std::vector<std::string>& notes) {
   const bool more = graph_->revisits().size() > trusted_.size() || (in_site_ && new_fixes_);
   const bool moved = path_.travelled() > fresh_at_m_;  // else the last solution holds
   if ((in_site_ || !graph_->revisits().empty()) && path_.nodes() > 1 &&
       path_.newest().time >= (more ? next_solve_ : solve_anyway_) && (more || moved)) {
-    solve(wheel, notes);
+    solve(scale, notes);
     return merge(has_ground);
   }
   if (more && path_.newest().time >= next_newest_) solve_newest(notes);
   return false;
 }
 
-void TrackGraph::solve(const Wheel& wheel, std::vector<std::string>& notes) {
+void TrackGraph::solve(const ScaleKnown& scale, std::vector<std::string>& notes) {
   double every =
       std::max(kSolveEvery, kSolveEveryNode * static_cast<double>(graph_->nodes().size()));
   fresh_at_m_ = path_.travelled() + kNodeSpacing;
   try {
     if (!in_site_) graph_->set_fixes({});
     new_fixes_ = false;
-    const PoseGraphSolution solution = graph_->solve(wheel.scale, wheel.sigma);
+    const PoseGraphSolution solution = graph_->solve(scale.scale, scale.sigma);
     newest_node_ = solution.newest;
     solved_in_site_ = in_site_;
     trusted_ = solution.trusted;

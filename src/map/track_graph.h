@@ -11,6 +11,7 @@
 
 #include "estimation/graph/pose_graph.h"
 #include "gprodom/types.h"
+#include "map/fixes/anchor.h"
 #include "map/ground_map.h"
 #include "map/map_answer.h"
 #include "map/pass_merger.h"
@@ -64,10 +65,7 @@ class TrackGraph {
   void move(const PlanarPose& by);
   // The same to site, if a solution with the fixes knows the heading there to yaw_sigma (rad).
   // first: covariance of the first node there, beside the fixes. Returns whether it has moved.
-  struct Wheel {
-    double scale = 1.0, sigma = 0.0;
-  };
-  bool move_to_site(const PlanarPose& by, const Eigen::Matrix3d& first, const Wheel& wheel,
+  bool move_to_site(const PlanarPose& by, const Eigen::Matrix3d& first, const ScaleKnown& scale,
                     double yaw_sigma, std::vector<std::string>& notes);
   bool in_site() const { return in_site_; }
   bool solved_in_site() const { return solved_in_site_; }
@@ -77,7 +75,7 @@ class TrackGraph {
 
   // If a solution is due. has_ground: whether ground is stored at a node. Returns true where nodes
   // were removed: then the fixes have to be set anew.
-  bool solve_if_due(const Wheel& wheel, const std::function<bool(std::size_t)>& has_ground,
+  bool solve_if_due(const ScaleKnown& scale, const std::function<bool(std::size_t)>& has_ground,
                     std::vector<std::string>& notes);
   void solve_soon() { next_solve_ = 0; }
 
@@ -102,7 +100,7 @@ class TrackGraph {
  private:
   void begin(const PathState& first);
   void move_newest(const PlanarPose& by);
-  void solve(const Wheel& wheel, std::vector<std::string>& notes);
+  void solve(const ScaleKnown& scale, std::vector<std::string>& notes);
   void solve_newest(std::vector<std::string>& notes);
   void note_tie(std::size_t revisit);
   bool merge(const std::function<bool(std::size_t)>& has_ground);
