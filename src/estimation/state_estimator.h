@@ -20,8 +20,6 @@
 
 namespace gprodom {
 
-struct CarriedState;
-
 // Owns the smoother. One thread at a time.
 class StateEstimator {
  public:

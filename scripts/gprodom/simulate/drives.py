@@ -20,7 +20,7 @@ from gprodom.simulate.wheel import Stuck
 PLAIN_M = 12.0  # a drive without ground
 ROBOT_M = 60.0  # of a robot with two sides of wheels
 KNOWN_M = 45.0  # a drive over ground seen again
-AGAIN_M = 14.0  # of ground that longer drives stay on, about what one of 45 m drives over
+AGAIN_M = 14.0  # of a lap, about the ground that a drive of KNOWN_M covers
 STANDSTILL_S = 4.0  # at first
 GUIDED_M = 10.0  # straight, of the drive of a commissioning
 SLOWLY = 0.2  # m/s, in its circles
@@ -120,12 +120,11 @@ def creeping_drive(seed: int, distance_m: float) -> Simulated:
     return simulate(_shaken(robot(route, ground, lasting=lasting), draw), seed)
 
 
-def drive_on_known_ground(seed: int, distance_m: float = KNOWN_M) -> Simulated:
+def drive_on_known_ground(seed: int) -> Simulated:
     """A line to and fro (even seeds) or laps, over scatterers and layers, with slips."""
     name = ("line", "loop")[seed % 2]
-    ground_m = AGAIN_M if distance_m > KNOWN_M else None
-    route = make_route(name, distance_m, 0.7, STANDSTILL_S, stream(seed, "route"), ground_m)
-    return simulate(Spec(route, station=None, slips=round(2 * distance_m / KNOWN_M)), seed)
+    route = make_route(name, KNOWN_M, 0.7, STANDSTILL_S, stream(seed, "route"))
+    return simulate(Spec(route, station=None, slips=2), seed)
 
 
 def laps_drive(seed: int, laps: int, wander_m: float, abreast_m: float = 0.0) -> Simulated:
