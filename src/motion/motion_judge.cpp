@@ -89,7 +89,8 @@ void MotionJudge::add_radar(const gpr::Finding& finding, const PlacedDisplacemen
   const bool by_coherence = std::holds_alternative<gpr::PathLength>(finding);
   if (by_coherence) {
     slip_.compare_with_radar(in_metres, wheel_, newest_.state.wheel_scale);
-    late_wheel_.keep(std::get<gpr::PathLength>(finding));
+    unreported_.push_back(std::get<gpr::PathLength>(finding));
+    while (unreported_.front().to < in_metres.to - 2 * kSecond) unreported_.pop_front();
     compare_with_wheel();
   }
   displacements_.push_back({in_metres, by_coherence});
@@ -114,10 +115,10 @@ std::optional<double> MotionJudge::unseen_speed() const {
 // A path with sudden slip in it, or near it, is left out.
 void MotionJudge::compare_with_wheel() {
   constexpr TimeNs kMargin = 400'000'000;
-  for (const gpr::PathLength& path : late_wheel_.reported(wheel_now_)) {
-    const TimeNs begin = path.from + late_wheel_.delay(), end = path.to + late_wheel_.delay();
-    const auto from = wheel_.distance(begin), to = wheel_.distance(end);
-    if (!from || !to || slip_.between(begin - kMargin, end + kMargin)) continue;
+  for (; !unreported_.empty() && unreported_.front().to <= wheel_now_; unreported_.pop_front()) {
+    const gpr::PathLength& path = unreported_.front();
+    const auto from = wheel_.distance(path.from), to = wheel_.distance(path.to);
+    if (!from || !to || slip_.between(path.from - kMargin, path.to + kMargin)) continue;
     slip_belief_.compare(path, *to - *from);
     compared_to_ = path.to;
   }
@@ -275,7 +276,7 @@ StateInput MotionJudge::judge(TimeNs to) {
   input.wheel_contradicted |= immobilised;
   if (!input.standing && axes_known_) drive_noise_.add(input, newest_.state);
   if (!input.has_wheel || input.wheel_contradicted) no_wheel_until_ = to;
-  follow_slip(input, from);
+  follow_slip(input);
   input.displacements = take_displacements(to);
   input.passages = pair_slip_.take_passages(to);
   if (immobilised && !input.standing) input.displacements.emplace_back(no_displacement(from, to));
@@ -304,14 +305,12 @@ std::vector<PlacedDisplacement> MotionJudge::take_displacements(TimeNs to) {
 }
 
 // By accelerations, and by the passages of two antennas in a row where they tell of it.
-void MotionJudge::follow_slip(StateInput& input, TimeNs from) {
-  if (late_wheel_.follow(input)) slip_belief_.restart();
+void MotionJudge::follow_slip(StateInput& input) {
   compare_with_wheel();
-  if (!late_wheel_.waits() && axes_known_)
-    slip_belief_.advance(late_wheel_.earlier(input, from, imu_, wheel_), newest_, rest_.noise(),
+  if (axes_known_)
+    slip_belief_.advance(input, newest_, rest_.noise(),
                          drive_noise_.accel_density_of_one_second());
   input.slips = pair_slip_.revise(slip_belief_.recent(), input.time);
-  if (input.wheel_late) keep_shown(input.slips);
   newest_slip_ = input.slips.empty() ? IntervalSlip{} : input.slips.back();
 }
 

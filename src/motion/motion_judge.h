@@ -19,7 +19,6 @@
 #include "motion/drive_noise.h"
 #include "motion/history/sensor_history.h"
 #include "motion/immobilised.h"
-#include "motion/late_wheel.h"
 #include "motion/pair_slip.h"
 #include "motion/rest/rest_levels.h"
 #include "motion/rest/standstill.h"
@@ -159,7 +158,7 @@ class MotionJudge {
   void learn_rest(TimeNs to, bool with_engine);
   void learn_vibration(TimeNs from, TimeNs to);
   void compare_with_wheel();  // the paths that it has reported by now
-  void follow_slip(StateInput& input, TimeNs from);
+  void follow_slip(StateInput& input);
   std::vector<PlacedDisplacement> take_displacements(TimeNs to);
   struct Waiting : PlacedDisplacement {
     bool by_coherence = false;  // learnt from the wheel
@@ -200,7 +199,7 @@ class MotionJudge {
   SlipBelief slip_belief_;
   PairSlip pair_slip_;
   IntervalSlip newest_slip_;  // of the last interval judged
-  LateWheel late_wheel_;
+  std::deque<gpr::PathLength> unreported_;  // by the radar; the wheel's samples are still to come
   TimeNs radar_heard_ = -kStandingKept;  // end of the radar's newest finding
   TimeNs compared_to_ = -kComparedFor;   // end of the last distance by coherence
   ImmobilisedWatch immobilised_;

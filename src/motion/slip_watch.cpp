@@ -26,10 +26,9 @@ constexpr TimeNs kEndsWithin = 1'000'000'000;  // ns
 
 constexpr TimeNs kRadarAgreesFor = 2'000'000'000;  // ns
 constexpr double kRadarAgrees = 2.0,
-                 kRadarDisagrees = 3.0;   // standard deviations of the radar's distance
-constexpr TimeNs kSlowFor = 600'000'000;  // ns
-constexpr double kTrackCovers = 0.5;      // least share of the radar's interval
-constexpr double kWheelSpeed = 0.1;       // m/s; sigma of its mean over kCompared_s
+                 kRadarDisagrees = 3.0;  // standard deviations of the radar's distance
+constexpr double kTrackCovers = 0.5;     // least share of the radar's interval
+constexpr double kWheelSpeed = 0.1;      // m/s; sigma of its mean over kCompared_s
 constexpr double kDrives_mps = 0.05;  // below, the robot stands or nearly, and errors are smaller
 
 double deviations_from(const Displacement& radar, double m) {
@@ -68,7 +67,6 @@ void SlipWatch::add(const OdometryEstimate& estimate, const WheelHistory& wheel,
     slip_by_radar_ = now_ = WheelSlip::kNone;
     radar_agrees_ = {0, 0};
     speed_error_.reset();
-    slow_since_ = 0;
   }
   if (estimate.time > wheel_now + kSilentAfter) back_from_silence_ = true;
   const TimeNs to = std::min(wheel_now, estimate.time), from = to - window_;
@@ -85,8 +83,6 @@ void SlipWatch::add(const OdometryEstimate& estimate, const WheelHistory& wheel,
     check_ground_speed(estimate.velocity_covariance(0, 0), speed, *moved);
     if (now_ == WheelSlip::kNone) back_from_silence_ = false;
   }
-  const bool turns = moved && std::abs(moved->wheel_m) > 2 * wheel_sigma_m_;
-  check_slow_wheel(!speed_known || turns ? seen : WheelSlip::kNone, to);
   if (now_ != WheelSlip::kNone || (!moved && back_from_silence_)) mark(from, to);
 }
 
@@ -187,22 +183,6 @@ std::optional<double> SlipWatch::ground(TimeNs from, TimeNs to) const {
   return track_.path(to) - track_.path(from);
 }
 
-// A driven wheel is seldom slower than the robot. If the speed is only known from the wheel's of a
-// moment ago, it is more likely that the wheel slipped then, and no longer does. If it is known
-// from the accelerations of the smoother's whole window, with nothing measured before left in it,
-// they are more likely wrong than a wheel that turns.
-void SlipWatch::check_slow_wheel(WheelSlip seen, TimeNs time) {
-  if (seen != WheelSlip::kSlow) {
-    slow_since_ = 0;
-    return;
-  }
-  if (slow_since_ == 0) slow_since_ = time - window_;
-  const TimeNs longest = speed_known_ ? smoother_window_ : kSlowFor;
-  if (time - slow_since_ < longest || slip_by_radar_ != WheelSlip::kNone) return;
-  speed_error_ = SpeedError{slow_since_, true};
-  slow_since_ = 0;
-}
-
 void SlipWatch::compare_with_radar(const Displacement& radar, const WheelHistory& wheel,
                                    double wheel_scale) {
   if (!speed_known_) {
@@ -212,7 +192,6 @@ void SlipWatch::compare_with_radar(const Displacement& radar, const WheelHistory
   const bool slips =
       now_ != WheelSlip::kNone && !slipped_.empty() && slipped_.back().from <= radar.from;
   const auto moved = slips ? distances(radar.from, radar.to, wheel, wheel_scale) : std::nullopt;
-  if (moved && deviations_from(radar, moved->ground_m) < kRadarDisagrees) slow_since_ = 0;
   if (!moved || deviations_from(radar, moved->wheel_m) > kRadarAgrees ||
       deviations_from(radar, moved->ground_m) < kRadarDisagrees) {
     radar_agrees_ = {0, 0};

@@ -58,10 +58,6 @@ class SlipWatch {
   //  - The ground's speed, in a slip, has become one to which no slip can lead: the wheel's speed.
   //  - The speed is not known, and a distance of the radar disagrees with the published one: the
   //    wheel's speed if the radar agrees with the wheel, otherwise the radar's.
-  //  - The speed is not known, the radar gives no distance, and for 0.6 s the wheel has been slower
-  //    than the published speed: the wheel's speed.
-  //  - The wheel turns, but for the length of the smoother's window it has been slower than the
-  //    published speed, and no distance of the radar has agreed with that: the wheel's speed.
   std::optional<SpeedCorrection> take_speed_correction(TimeNs time, const WheelHistory& wheel,
                                                        double wheel_scale);
 
@@ -105,7 +101,6 @@ class SlipWatch {
   void judge_by_radar_alone(const Displacement& radar, const WheelHistory& wheel,
                             double wheel_scale);
   void check_ground_speed(double variance, double speed, const Distances& moved);
-  void check_slow_wheel(WheelSlip seen, TimeNs time);
   void mark(TimeNs from, TimeNs to);
 
   WheelConfig config_;
@@ -133,7 +128,6 @@ class SlipWatch {
   Interval radar_agrees_{0, 0};  // the radar has agreed with the wheel all through it
 
   bool speed_known_ = true;
-  TimeNs slow_since_ = 0;  // since when the wheel is slower than the velocity (0: it is not)
   // While the speed is not known: the wheel's slip according to the radar, and the error that the
   // next correction removes.
   WheelSlip slip_by_radar_ = WheelSlip::kNone;

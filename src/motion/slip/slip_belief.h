@@ -46,7 +46,6 @@ class SlipBelief {
 
   // One state interval. newest: in effect, to begin with. rest: the IMU's noise at standstill.
   // driving_accel_density: as one second of driving shows it, m/s^2/sqrt(Hz); 0: not known yet.
-  // Of a late wheel, input.steps are those of as much earlier (LateWheel).
   void advance(const StateInput& input, const StateResult& newest, const ImuNoise& rest,
                double driving_accel_density);
 
