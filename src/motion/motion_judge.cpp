@@ -308,8 +308,7 @@ std::vector<PlacedDisplacement> MotionJudge::take_displacements(TimeNs to) {
 void MotionJudge::follow_slip(StateInput& input) {
   compare_with_wheel();
   if (axes_known_)
-    slip_belief_.advance(input, newest_, rest_.noise(),
-                         drive_noise_.accel_density_of_one_second());
+    slip_belief_.advance(input, newest_, rest_.noise(), drive_noise_.accel_density_of_one_second());
   input.slips = pair_slip_.revise(slip_belief_.recent(), input.time);
   newest_slip_ = input.slips.empty() ? IntervalSlip{} : input.slips.back();
 }

@@ -198,10 +198,10 @@ class MotionJudge {
   SlipWatch slip_;
   SlipBelief slip_belief_;
   PairSlip pair_slip_;
-  IntervalSlip newest_slip_;  // of the last interval judged
+  IntervalSlip newest_slip_;                // of the last interval judged
   std::deque<gpr::PathLength> unreported_;  // by the radar; the wheel's samples are still to come
-  TimeNs radar_heard_ = -kStandingKept;  // end of the radar's newest finding
-  TimeNs compared_to_ = -kComparedFor;   // end of the last distance by coherence
+  TimeNs radar_heard_ = -kStandingKept;     // end of the radar's newest finding
+  TimeNs compared_to_ = -kComparedFor;      // end of the last distance by coherence
   ImmobilisedWatch immobilised_;
   BiasWatch bias_watch_;
   CoherenceScale coherence_;

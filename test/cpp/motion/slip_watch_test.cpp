@@ -56,37 +56,6 @@ TEST(SlipWatch, RemembersIntervalsWithSlip) {
   EXPECT_FALSE(drive.slipped(2.0, 2.2));
 }
 
-// The velocity was learnt during an undetected slip, and the radar has confirmed the wheel.
-Drive misled(bool asked) {
-  Drive drive;
-  drive.run(3.0);
-  drive.published = 0.75;
-  drive.asked = asked;
-  drive.run(4.0);
-  return drive;
-}
-
-// The velocity was learnt during an undetected slip. At its end the wheel is right and seems to
-// slip.
-TEST(SlipWatch, TheRadarDecidesBetweenTheWheelAndThePublishedSpeed) {
-  Drive drive = misled(true);
-  ASSERT_TRUE(drive.correction);
-  EXPECT_NEAR(drive.correction->speed, kSpeed, 0.01);
-  EXPECT_LT(drive.correction->ahead_m, -0.5);
-  EXPECT_GT(drive.correction->ahead_m, -1.4);
-  EXPECT_EQ(drive.watch.now(), WheelSlip::kSlow);  // until the caller corrects the speed
-  drive.published = kSpeed;
-  drive.run(1.0);
-  EXPECT_EQ(drive.watch.now(), WheelSlip::kNone);
-
-  Drive silent_radar;
-  silent_radar.radar_speaks = false;
-  silent_radar.run(3.0);
-  silent_radar.published = 0.75;
-  silent_radar.run(4.0);
-  EXPECT_FALSE(silent_radar.correction);
-}
-
 // A jump of the wheel's speed by half, within what left and right wheels have shown of their noise,
 // and beyond it.
 TEST(SlipWatch, NoiseOfTheWheelIsNoSlip) {
@@ -120,22 +89,6 @@ TEST(SlipWatch, ARobotWhoseImuIsOftenWrongNeedsMoreEvidence) {
   drive.wheel_speed = 3 * kSpeed;
   drive.run(0.4);
   EXPECT_EQ(drive.watch.now(), WheelSlip::kFast);
-}
-
-// It falls as the wheel falls silent. What it says of the speed is wrong by the time the wheel is
-// back.
-TEST(SlipWatch, DecisionThatCannotBeUsedAtOnceIsDropped) {
-  for (const double silence : {3.0, 12.0}) {
-    Drive drive = misled(false);
-    drive.wheel_speaks = drive.radar_speaks = false;
-    drive.run(0.3);
-    drive.asked = true;
-    drive.run(silence);
-    drive.wheel_speaks = true;
-    drive.published = kSpeed;
-    drive.run(1.0);
-    EXPECT_FALSE(drive.correction) << silence;
-  }
 }
 
 // After a gap of the IMU the published speed is the wheel's.
@@ -182,20 +135,6 @@ TEST(SlipWatch, TheRadarSeesTheEndOfASlipWhileTheSpeedIsUnknown) {
   EXPECT_FALSE(slips.correction);
 }
 
-// The speed published before the gap is no longer evidence.
-TEST(SlipWatch, DecisionBeforeTheSpeedWasLostIsForgotten) {
-  Drive drive = misled(false);
-  EXPECT_TRUE(drive.contradicted());
-  drive.asked = true;
-  drive.speed_known = false;
-  drive.published = kSpeed;
-  drive.radar_speaks = false;
-  drive.run(0.01);
-  EXPECT_FALSE(drive.contradicted());
-  drive.run(1.0);
-  EXPECT_FALSE(drive.correction);
-}
-
 TEST(SlipWatch, RealSlipIsNotRevoked) {
   for (const double wheel_speed : {0.0, 0.2, 0.55, 0.8}) {
     Drive drive;
@@ -205,23 +144,6 @@ TEST(SlipWatch, RealSlipIsNotRevoked) {
     EXPECT_FALSE(drive.correction) << wheel_speed;
     EXPECT_NE(drive.watch.now(), WheelSlip::kNone) << wheel_speed;
   }
-}
-
-TEST(SlipWatch, WheelThatReturnsInMidSlipMustFirstAgree) {
-  Drive drive;
-  drive.run(3.0);
-  drive.wheel_speaks = false;
-  drive.sigma = 0.06;
-  drive.wheel_speed = 0.68;  // 4.7 deviations off
-  drive.run(5.0);
-  drive.wheel_speaks = true;
-  drive.run(0.15);
-  EXPECT_TRUE(drive.contradicted());
-  drive.run(1.0);
-  EXPECT_TRUE(drive.contradicted());
-  drive.wheel_speed = kSpeed;
-  drive.run(1.0);
-  EXPECT_FALSE(drive.contradicted());
 }
 
 // The velocity of a long slip is less and less certain. That alone does not make the wheel right:

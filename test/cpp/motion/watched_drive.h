@@ -20,7 +20,7 @@ class WatchedDrive {
   double ground = kSpeed, wheel_speed = kSpeed;  // m/s
   double published = kSpeed, sigma = 0.01;       // m/s
   double scale = 1.0;                            // of the wheel
-  bool wheel_speaks = true, radar_speaks = true, asked = true;
+  bool radar_speaks = true, asked = true;
   bool speed_known = true;
   SlipWatch watch{WheelConfig(), SmootherConfig().lag};
   std::optional<SpeedCorrection> correction;
@@ -36,7 +36,7 @@ class WatchedDrive {
     for (int n = 0; n < seconds * 200 - 0.5; ++n, ++i_) {
       const TimeNs now = from_seconds(100 + 0.005 * i_);
       wheel_m_ += 0.005 * wheel_speed * scale;
-      if (wheel_speaks && i_ % 4 == 0) wheel_.insert({wheel_now_ = now, wheel_m_});
+      if (i_ % 4 == 0) wheel_.insert({wheel_now_ = now, wheel_m_});
       OdometryEstimate estimate;
       estimate.time = now;
       estimate.v_body.x() = published;
