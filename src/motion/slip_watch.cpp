@@ -22,14 +22,8 @@ constexpr double kAgreesAgain = 2.0, kEndsBelow = 0.5;
 constexpr TimeNs kEndsWithin = 1'000'000'000;  // ns
 
 constexpr double kBeyond = 3.0;       // standard deviations; a speed to which no slip can lead
-constexpr double kRadarAgrees = 2.0;  // standard deviations of the radar's distance
-constexpr double kTrackCovers = 0.5;  // least share of the radar's interval
 constexpr double kWheelSpeed = 0.1;   // m/s; sigma of its mean over kCompared_s
 constexpr double kDrives_mps = 0.05;  // below, the robot stands or nearly, and errors are smaller
-
-double deviations_from(const Displacement& radar, double m) {
-  return std::abs(std::abs(m) - radar.distance_m) / radar.sigma_m;
-}
 
 }  // namespace
 
@@ -59,22 +53,23 @@ void SlipWatch::add(const OdometryEstimate& estimate, const WheelHistory& wheel,
 
   if (speed_known != std::exchange(speed_known_, speed_known)) {
     if (!speed_known) slipped_.clear();
-    slip_by_radar_ = now_ = WheelSlip::kNone;
-    speed_error_.reset();
+    now_ = WheelSlip::kNone;
+    speed_wrong_since_.reset();
   }
   const TimeNs to = std::min(wheel_now, estimate.time), from = to - window_;
   if (to <= judged_) return;
   judged_ = to;
   const auto moved = distances(from, to, wheel, estimate.wheel_scale);
-  const double unexplained = moved ? variance(estimate, *moved) : 0.0;
-  const WheelSlip seen = moved ? judge(*moved, unexplained) : WheelSlip::kNone;
-  if (speed_known && moved) learn_tail(to, seen, *moved, unexplained);
-  now_ = slip_by_radar_;
-  if (speed_known && moved) {
-    now_ = seen;
-    follow_share(to, share_of(*moved));
-    check_ground_speed(estimate.velocity_covariance(0, 0), speed, *moved);
+  if (!speed_known || !moved) {
+    now_ = WheelSlip::kNone;
+    return;
   }
+  const double unexplained = variance(estimate, *moved);
+  const WheelSlip seen = judge(*moved, unexplained);
+  learn_tail(to, seen, *moved, unexplained);
+  now_ = seen;
+  follow_share(to, share_of(*moved));
+  check_ground_speed(estimate.velocity_covariance(0, 0), speed, *moved);
   if (now_ != WheelSlip::kNone) mark(from, to);
 }
 
@@ -114,7 +109,7 @@ void SlipWatch::check_ground_speed(double variance, double speed, const Distance
   most_speed_ = std::max(most_speed_, of_wheel);
   const double beyond = std::max(least_speed_ - speed, speed - most_speed_);
   if (beyond > most_speed_ - least_speed_ && beyond * beyond > kBeyond * kBeyond * variance)
-    speed_error_ = SpeedError{began_ - window_, true};
+    speed_wrong_since_ = began_ - window_;
 }
 
 // Of a slip only the onset counts.
@@ -151,7 +146,7 @@ WheelSlip SlipWatch::judge(const Distances& moved, double variance) const {
   const bool tells = in_slip * in_slip > 4 * kAgreesAgain * kAgreesAgain * variance ||
                      judged_ > began_ + smoother_window_;
   const bool over = jumped_back_ || (tells && within(kAgreesAgain));
-  const bool slips = now_ != WheelSlip::kNone && speed_known_ && !over;
+  const bool slips = now_ != WheelSlip::kNone && !over;
   if (!slips && within(threshold)) return WheelSlip::kNone;
   return innovation * moved.wheel_m > 0 ? WheelSlip::kFast : WheelSlip::kSlow;
 }
@@ -172,50 +167,19 @@ std::optional<double> SlipWatch::ground(TimeNs from, TimeNs to) const {
   return track_.path(to) - track_.path(from);
 }
 
-// The published velocity has followed the wheel, so both may be wrong. The track may begin inside
-// the radar's interval, at the end of the IMU's gap.
-void SlipWatch::compare_with_radar(const Displacement& radar, const WheelHistory& wheel,
-                                   double wheel_scale) {
-  if (speed_known_) return;
-  const auto wheel_from = wheel.distance(radar.from, true), wheel_to = wheel.distance(radar.to);
-  const TimeNs since = track_.empty() ? radar.to : std::max(radar.from, track_.begin());
-  const double covered =
-      static_cast<double>(radar.to - since) / static_cast<double>(radar.to - radar.from);
-  if (!wheel_from || !wheel_to) return;
-  const double wheel_m = (*wheel_to - *wheel_from) / wheel_scale;
-  const double ground_m = (track_.path(radar.to) - track_.path(since)) / covered;
-  const double wheel_deviations = deviations_from(radar, wheel_m);
-  if (wheel_deviations < kRadarAgrees)
-    slip_by_radar_ = WheelSlip::kNone;
-  else
-    slip_by_radar_ = std::abs(wheel_m) > radar.distance_m ? WheelSlip::kFast : WheelSlip::kSlow;
-  if (covered < kTrackCovers || deviations_from(radar, ground_m) < kRadarAgrees) return;
-  const double seconds = to_seconds(radar.to - radar.from);
-  speed_error_ = SpeedError{since, slip_by_radar_ == WheelSlip::kNone,
-                            (std::copysign(radar.distance_m, ground_m) - ground_m) / seconds,
-                            radar.sigma_m / seconds};
-}
-
 std::optional<SpeedCorrection> SlipWatch::take_speed_correction(TimeNs time,
                                                                 const WheelHistory& wheel,
                                                                 double wheel_scale) {
-  const auto error = std::exchange(speed_error_, std::nullopt);
-  if (!error || track_.empty()) return std::nullopt;
-  const auto all = distances(std::max(error->since, track_.begin()), time, wheel, wheel_scale);
+  const auto since = std::exchange(speed_wrong_since_, std::nullopt);
+  if (!since || track_.empty()) return std::nullopt;
+  const auto all = distances(std::max(*since, track_.begin()), time, wheel, wheel_scale);
   const auto last = distances(time - window_, time, wheel, wheel_scale);
   if (!all || !last) return std::nullopt;
-  SpeedCorrection correction{last->wheel_m / to_seconds(window_), kWheelSpeed,
-                             all->wheel_m - all->ground_m};
-  if (!error->wheel_right) {
-    // The IMU gives the change of speed since the middle of the radar's interval.
-    correction = {last->ground_m / to_seconds(window_) + error->speed_change, error->sigma,
-                  error->speed_change * to_seconds(time - error->since)};
-  } else {
-    slipped_.clear();
-    now_ = WheelSlip::kNone;
-  }
+  slipped_.clear();
+  now_ = WheelSlip::kNone;
   track_ = {};  // it holds the wrong velocity
-  return correction;
+  return SpeedCorrection{last->wheel_m / to_seconds(window_), kWheelSpeed,
+                         all->wheel_m - all->ground_m};
 }
 
 void SlipWatch::mark(TimeNs from, TimeNs to) {

@@ -46,14 +46,8 @@ class SlipWatch {
 
   WheelSlip now() const { return now_; }
 
-  // Takes an unsigned distance (m) by the radar. Used while the speed is not known.
-  void compare_with_radar(const Displacement& radar, const WheelHistory& wheel, double wheel_scale);
-
-  // The speed of the state at `time` if the published velocity was found to be wrong; returned
-  // once.
-  //  - The ground's speed, in a slip, has become one to which no slip can lead: the wheel's speed.
-  //  - The speed is not known, and a distance of the radar disagrees with the published one: the
-  //    wheel's speed if the radar agrees with the wheel, otherwise the radar's.
+  // The wheel's speed, for the state at `time`, if the published velocity has become one to which
+  // no slip can lead; returned once.
   std::optional<SpeedCorrection> take_speed_correction(TimeNs time, const WheelHistory& wheel,
                                                        double wheel_scale);
 
@@ -78,13 +72,6 @@ class SlipWatch {
   struct Distances {
     double wheel_m, ground_m;  // signed; ground as published
     double by_delay_m;         // difference that the delay of the wheel explains
-  };
-
-  // The published velocity was found wrong while the speed is not known.
-  struct SpeedError {
-    TimeNs since;
-    bool wheel_right;
-    double speed_change = 0.0, sigma = 0.0;  // m/s, signed; used if the wheel is wrong too
   };
 
   std::optional<Distances> distances(TimeNs from, TimeNs to, const WheelHistory& wheel,
@@ -118,10 +105,7 @@ class SlipWatch {
   double least_speed_ = 0.0, most_speed_ = 0.0;  // m/s, signed, that the ground can have in it
 
   bool speed_known_ = true;
-  // While the speed is not known: the wheel's slip according to the radar, and the error that the
-  // next correction removes.
-  WheelSlip slip_by_radar_ = WheelSlip::kNone;
-  std::optional<SpeedError> speed_error_;
+  std::optional<TimeNs> speed_wrong_since_;  // that of the ground, published
 };
 
 }  // namespace gprodom

@@ -1,8 +1,7 @@
-// A robot on a straight line, with a SlipWatch that hears its wheel, its radar and its estimates.
+// A robot on a straight line, with a SlipWatch that hears its wheel and its estimates.
 #pragma once
 
 #include <Eigen/Core>
-#include <cmath>
 #include <optional>
 
 #include "gprodom/config.h"
@@ -11,24 +10,21 @@
 
 namespace gprodom {
 
-// Estimates at 200 Hz, the wheel at 50 Hz, the radar once a second; what they say is set by the
-// test.
+// Estimates at 200 Hz, the wheel at 50 Hz; what they say is set by the test.
 class WatchedDrive {
  public:
   static constexpr double kSpeed = 0.4;  // m/s, of the robot
 
-  double ground = kSpeed, wheel_speed = kSpeed;  // m/s
-  double published = kSpeed, sigma = 0.01;       // m/s
-  double scale = 1.0;                            // of the wheel
-  bool radar_speaks = true, asked = true;
-  bool speed_known = true;
+  double wheel_speed = kSpeed, published = kSpeed, sigma = 0.01;  // m/s
+  double scale = 1.0;                                             // of the wheel
+  bool speed_known = true, asked = true;
   SlipWatch watch{WheelConfig(), SmootherConfig().lag};
   std::optional<SpeedCorrection> correction;
 
-  // No radar, and nobody asks for a speed.
+  // Nobody asks for a speed.
   static WatchedDrive alone() {
     WatchedDrive drive;
-    drive.radar_speaks = drive.asked = false;
+    drive.asked = false;
     return drive;
   }
 
@@ -45,13 +41,6 @@ class WatchedDrive {
       watch.add(estimate, wheel_, wheel_now_, speed_known);
       if (!correction && asked && i_ % 40 == 0)
         correction = watch.take_speed_correction(now - 50'000'000, wheel_, scale);
-      if (!radar_speaks || i_ % 200 != 199) continue;
-      Displacement radar;
-      radar.to = now - 50'000'000;
-      radar.from = radar.to - 1'100'000'000;
-      radar.distance_m = 1.1 * std::abs(ground);
-      radar.sigma_m = 0.2 * radar.distance_m;
-      watch.compare_with_radar(radar, wheel_, scale);
     }
   }
   bool contradicted() const { return watch.between(wheel_now_ - 100'000'000, wheel_now_); }
