@@ -88,6 +88,7 @@ void MotionJudge::add_radar(const gpr::Finding& finding, const PlacedDisplacemen
   }
   const bool by_coherence = std::holds_alternative<gpr::PathLength>(finding);
   if (by_coherence) {
+    slip_.compare_with_radar(in_metres, wheel_, newest_.state.wheel_scale);
     unreported_.push_back(std::get<gpr::PathLength>(finding));
     while (unreported_.front().to < in_metres.to - 2 * kSecond) unreported_.pop_front();
     compare_with_wheel();

@@ -12,6 +12,9 @@ namespace {
 // the published velocity grows and hides it.
 constexpr double kCompared_s = 0.3;
 
+constexpr TimeNs kSilentAfter = 1'000'000'000;  // ns
+constexpr double kThresholdAfterSilence = 3.0;  // standard deviations
+
 // A slip is over if the share that slips has fallen, within kEndsWithin, below kEndsBelow of what
 // it was: the end is a jump like the onset. Where it falls for longer, the velocity drifts towards
 // the slipping wheel's. It is over as well if wheel and velocity agree within kAgreesAgain standard
@@ -21,9 +24,16 @@ constexpr double kCompared_s = 0.3;
 constexpr double kAgreesAgain = 2.0, kEndsBelow = 0.5;
 constexpr TimeNs kEndsWithin = 1'000'000'000;  // ns
 
-constexpr double kBeyond = 3.0;       // standard deviations; a speed to which no slip can lead
-constexpr double kWheelSpeed = 0.1;   // m/s; sigma of its mean over kCompared_s
+constexpr TimeNs kRadarAgreesFor = 2'000'000'000;  // ns
+constexpr double kRadarAgrees = 2.0,
+                 kRadarDisagrees = 3.0;  // standard deviations of the radar's distance
+constexpr double kTrackCovers = 0.5;     // least share of the radar's interval
+constexpr double kWheelSpeed = 0.1;      // m/s; sigma of its mean over kCompared_s
 constexpr double kDrives_mps = 0.05;  // below, the robot stands or nearly, and errors are smaller
+
+double deviations_from(const Displacement& radar, double m) {
+  return std::abs(std::abs(m) - radar.distance_m) / radar.sigma_m;
+}
 
 }  // namespace
 
@@ -52,25 +62,28 @@ void SlipWatch::add(const OdometryEstimate& estimate, const WheelHistory& wheel,
   while (!slipped_.empty() && slipped_.front().to < estimate.time - kMemory) slipped_.pop_front();
 
   if (speed_known != std::exchange(speed_known_, speed_known)) {
+    back_from_silence_ |= speed_known && slip_by_radar_ != WheelSlip::kNone;
     if (!speed_known) slipped_.clear();
-    now_ = WheelSlip::kNone;
-    speed_wrong_since_.reset();
+    slip_by_radar_ = now_ = WheelSlip::kNone;
+    radar_agrees_ = {0, 0};
+    speed_error_.reset();
   }
+  if (estimate.time > wheel_now + kSilentAfter) back_from_silence_ = true;
   const TimeNs to = std::min(wheel_now, estimate.time), from = to - window_;
   if (to <= judged_) return;
   judged_ = to;
   const auto moved = distances(from, to, wheel, estimate.wheel_scale);
-  if (!speed_known || !moved) {
-    now_ = WheelSlip::kNone;
-    return;
+  const double unexplained = moved ? variance(estimate, *moved) : 0.0;
+  const WheelSlip seen = moved ? judge(*moved, unexplained) : WheelSlip::kNone;
+  if (speed_known && moved) learn_tail(to, seen, *moved, unexplained);
+  now_ = slip_by_radar_;
+  if (speed_known && moved) {
+    now_ = seen;
+    follow_share(to, share_of(*moved));
+    check_ground_speed(estimate.velocity_covariance(0, 0), speed, *moved);
+    if (now_ == WheelSlip::kNone) back_from_silence_ = false;
   }
-  const double unexplained = variance(estimate, *moved);
-  const WheelSlip seen = judge(*moved, unexplained);
-  learn_tail(to, seen, *moved, unexplained);
-  now_ = seen;
-  follow_share(to, share_of(*moved));
-  check_ground_speed(estimate.velocity_covariance(0, 0), speed, *moved);
-  if (now_ != WheelSlip::kNone) mark(from, to);
+  if (now_ != WheelSlip::kNone || (!moved && back_from_silence_)) mark(from, to);
 }
 
 // Of the larger distance. Constant in a slip, at any speed.
@@ -108,8 +121,9 @@ void SlipWatch::check_ground_speed(double variance, double speed, const Distance
   least_speed_ = std::min(least_speed_, of_wheel);
   most_speed_ = std::max(most_speed_, of_wheel);
   const double beyond = std::max(least_speed_ - speed, speed - most_speed_);
-  if (beyond > most_speed_ - least_speed_ && beyond * beyond > kBeyond * kBeyond * variance)
-    speed_wrong_since_ = began_ - window_;
+  if (beyond > most_speed_ - least_speed_ &&
+      beyond * beyond > kRadarDisagrees * kRadarDisagrees * variance)
+    speed_error_ = SpeedError{began_ - window_, true};
 }
 
 // Of a slip only the onset counts.
@@ -137,7 +151,9 @@ double SlipWatch::variance(const OdometryEstimate& estimate, const Distances& mo
 
 WheelSlip SlipWatch::judge(const Distances& moved, double variance) const {
   const double innovation = moved.wheel_m - moved.ground_m;
-  const double threshold = tail_.threshold(config_.slip_threshold);
+  const double threshold =
+      tail_.threshold(back_from_silence_ ? std::min(kThresholdAfterSilence, config_.slip_threshold)
+                                         : config_.slip_threshold);
   const auto within = [&](double deviations) {
     return innovation * innovation < deviations * deviations * variance;
   };
@@ -146,7 +162,7 @@ WheelSlip SlipWatch::judge(const Distances& moved, double variance) const {
   const bool tells = in_slip * in_slip > 4 * kAgreesAgain * kAgreesAgain * variance ||
                      judged_ > began_ + smoother_window_;
   const bool over = jumped_back_ || (tells && within(kAgreesAgain));
-  const bool slips = now_ != WheelSlip::kNone && !over;
+  const bool slips = now_ != WheelSlip::kNone && speed_known_ && !over;
   if (!slips && within(threshold)) return WheelSlip::kNone;
   return innovation * moved.wheel_m > 0 ? WheelSlip::kFast : WheelSlip::kSlow;
 }
@@ -167,19 +183,71 @@ std::optional<double> SlipWatch::ground(TimeNs from, TimeNs to) const {
   return track_.path(to) - track_.path(from);
 }
 
+void SlipWatch::compare_with_radar(const Displacement& radar, const WheelHistory& wheel,
+                                   double wheel_scale) {
+  if (!speed_known_) {
+    judge_by_radar_alone(radar, wheel, wheel_scale);
+    return;
+  }
+  const bool slips =
+      now_ != WheelSlip::kNone && !slipped_.empty() && slipped_.back().from <= radar.from;
+  const auto moved = slips ? distances(radar.from, radar.to, wheel, wheel_scale) : std::nullopt;
+  if (!moved || deviations_from(radar, moved->wheel_m) > kRadarAgrees ||
+      deviations_from(radar, moved->ground_m) < kRadarDisagrees) {
+    radar_agrees_ = {0, 0};
+    return;
+  }
+  if (radar_agrees_.to < radar.from) radar_agrees_.from = radar.from;
+  radar_agrees_.to = radar.to;
+}
+
+// The published velocity has followed the wheel, so both may be wrong. The track may begin inside
+// the radar's interval, at the end of the IMU's gap.
+void SlipWatch::judge_by_radar_alone(const Displacement& radar, const WheelHistory& wheel,
+                                     double wheel_scale) {
+  const auto wheel_from = wheel.distance(radar.from, true), wheel_to = wheel.distance(radar.to);
+  const TimeNs since = track_.empty() ? radar.to : std::max(radar.from, track_.begin());
+  const double covered =
+      static_cast<double>(radar.to - since) / static_cast<double>(radar.to - radar.from);
+  if (!wheel_from || !wheel_to) return;
+  const double wheel_m = (*wheel_to - *wheel_from) / wheel_scale;
+  const double ground_m = (track_.path(radar.to) - track_.path(since)) / covered;
+  const double wheel_deviations = deviations_from(radar, wheel_m);
+  if (wheel_deviations < kRadarAgrees)
+    slip_by_radar_ = WheelSlip::kNone;
+  else
+    slip_by_radar_ = std::abs(wheel_m) > radar.distance_m ? WheelSlip::kFast : WheelSlip::kSlow;
+  if (covered < kTrackCovers || deviations_from(radar, ground_m) < kRadarAgrees) return;
+  const double seconds = to_seconds(radar.to - radar.from);
+  speed_error_ = SpeedError{since, slip_by_radar_ == WheelSlip::kNone,
+                            (std::copysign(radar.distance_m, ground_m) - ground_m) / seconds,
+                            radar.sigma_m / seconds};
+}
+
 std::optional<SpeedCorrection> SlipWatch::take_speed_correction(TimeNs time,
                                                                 const WheelHistory& wheel,
                                                                 double wheel_scale) {
-  const auto since = std::exchange(speed_wrong_since_, std::nullopt);
-  if (!since || track_.empty()) return std::nullopt;
-  const auto all = distances(std::max(*since, track_.begin()), time, wheel, wheel_scale);
+  const bool taken_back =
+      radar_agrees_.to - radar_agrees_.from >= kRadarAgreesFor && !slipped_.empty();
+  const auto error = std::exchange(speed_error_, std::nullopt);
+  if ((!taken_back && !error) || track_.empty()) return std::nullopt;
+  radar_agrees_ = {0, 0};  // not kept for later: if the wheel is silent now, it would be stale
+  const TimeNs since = taken_back ? slipped_.back().from : error->since;
+  const auto all = distances(std::max(since, track_.begin()), time, wheel, wheel_scale);
   const auto last = distances(time - window_, time, wheel, wheel_scale);
   if (!all || !last) return std::nullopt;
-  slipped_.clear();
-  now_ = WheelSlip::kNone;
+  SpeedCorrection correction{last->wheel_m / to_seconds(window_), kWheelSpeed,
+                             all->wheel_m - all->ground_m};
+  if (!taken_back && !error->wheel_right) {
+    // The IMU gives the change of speed since the middle of the radar's interval.
+    correction = {last->ground_m / to_seconds(window_) + error->speed_change, error->sigma,
+                  error->speed_change * to_seconds(time - since)};
+  } else {
+    slipped_.clear();
+    now_ = WheelSlip::kNone;
+  }
   track_ = {};  // it holds the wrong velocity
-  return SpeedCorrection{last->wheel_m / to_seconds(window_), kWheelSpeed,
-                         all->wheel_m - all->ground_m};
+  return correction;
 }
 
 void SlipWatch::mark(TimeNs from, TimeNs to) {

@@ -4,7 +4,8 @@
 // The velocity is the newest solved one, predicted with the IMU, so it does not follow the wheel
 // until the next solution. When a slip begins, the wheel's speed jumps and the robot's does not.
 // The slip lasts until both agree. At the end of a slip that was not detected, the published
-// velocity is the wrong one, and without the wheel it becomes less certain until both agree.
+// velocity is the wrong one. Wheel and velocity then disagree, and the radar's coherence decides
+// between them.
 #pragma once
 
 #include <deque>
@@ -32,7 +33,7 @@ struct WheelError {
 
 class SlipWatch {
  public:
-  // ns; a speed can be found wrong this far back, so the wheel's history must reach this far.
+  // ns; a slip can be revoked this far back, so the wheel's history must reach this far.
   static constexpr TimeNs kMemory = 8'000'000'000;
 
   // window_s: length of the smoother's window.
@@ -46,8 +47,17 @@ class SlipWatch {
 
   WheelSlip now() const { return now_; }
 
-  // The wheel's speed, for the state at `time`, if the published velocity has become one to which
-  // no slip can lead; returned once.
+  // Takes an unsigned distance (m) by the radar. Used while the wheel counts as slipping, and while
+  // the speed is not known.
+  void compare_with_radar(const Displacement& radar, const WheelHistory& wheel, double wheel_scale);
+
+  // The speed of the state at `time` if the published velocity was found to be wrong; returned
+  // once.
+  //  - The wheel counted as slipping, but the radar has agreed with it for two seconds: the wheel's
+  //    speed.
+  //  - The ground's speed, in a slip, has become one to which no slip can lead: the wheel's speed.
+  //  - The speed is not known, and a distance of the radar disagrees with the published one: the
+  //    wheel's speed if the radar agrees with the wheel, otherwise the radar's.
   std::optional<SpeedCorrection> take_speed_correction(TimeNs time, const WheelHistory& wheel,
                                                        double wheel_scale);
 
@@ -74,6 +84,13 @@ class SlipWatch {
     double by_delay_m;         // difference that the delay of the wheel explains
   };
 
+  // The published velocity was found wrong while the speed is not known.
+  struct SpeedError {
+    TimeNs since;
+    bool wheel_right;
+    double speed_change = 0.0, sigma = 0.0;  // m/s, signed; used if the wheel is wrong too
+  };
+
   std::optional<Distances> distances(TimeNs from, TimeNs to, const WheelHistory& wheel,
                                      double wheel_scale) const;
   static double share_of(const Distances& moved);  // that slips
@@ -81,6 +98,8 @@ class SlipWatch {
   WheelSlip judge(const Distances& moved, double variance) const;
   void learn_tail(TimeNs time, WheelSlip seen, const Distances& moved, double variance);
   void follow_share(TimeNs time, double share);
+  void judge_by_radar_alone(const Displacement& radar, const WheelHistory& wheel,
+                            double wheel_scale);
   void check_ground_speed(double variance, double speed, const Distances& moved);
   void mark(TimeNs from, TimeNs to);
 
@@ -103,9 +122,16 @@ class SlipWatch {
   double largest_share_ = 0.0;
   TimeNs began_ = 0;                             // the present slip
   double least_speed_ = 0.0, most_speed_ = 0.0;  // m/s, signed, that the ground can have in it
+  // The wheel was silent. It may return in mid-slip, without the jump that shows an onset, so it is
+  // not used until it agrees with the velocity.
+  bool back_from_silence_ = false;
+  Interval radar_agrees_{0, 0};  // the radar has agreed with the wheel all through it
 
   bool speed_known_ = true;
-  std::optional<TimeNs> speed_wrong_since_;  // that of the ground, published
+  // While the speed is not known: the wheel's slip according to the radar, and the error that the
+  // next correction removes.
+  WheelSlip slip_by_radar_ = WheelSlip::kNone;
+  std::optional<SpeedError> speed_error_;
 };
 
 }  // namespace gprodom

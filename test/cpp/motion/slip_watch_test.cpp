@@ -56,6 +56,37 @@ TEST(SlipWatch, RemembersIntervalsWithSlip) {
   EXPECT_FALSE(drive.slipped(2.0, 2.2));
 }
 
+// The velocity was learnt during an undetected slip, and the radar has confirmed the wheel.
+Drive misled(bool asked) {
+  Drive drive;
+  drive.run(3.0);
+  drive.published = 0.75;
+  drive.asked = asked;
+  drive.run(4.0);
+  return drive;
+}
+
+// The velocity was learnt during an undetected slip. At its end the wheel is right and seems to
+// slip.
+TEST(SlipWatch, TheRadarDecidesBetweenTheWheelAndThePublishedSpeed) {
+  Drive drive = misled(true);
+  ASSERT_TRUE(drive.correction);
+  EXPECT_NEAR(drive.correction->speed, kSpeed, 0.01);
+  EXPECT_LT(drive.correction->ahead_m, -0.5);
+  EXPECT_GT(drive.correction->ahead_m, -1.4);
+  EXPECT_EQ(drive.watch.now(), WheelSlip::kSlow);  // until the caller corrects the speed
+  drive.published = kSpeed;
+  drive.run(1.0);
+  EXPECT_EQ(drive.watch.now(), WheelSlip::kNone);
+
+  Drive silent_radar;
+  silent_radar.radar_speaks = false;
+  silent_radar.run(3.0);
+  silent_radar.published = 0.75;
+  silent_radar.run(4.0);
+  EXPECT_FALSE(silent_radar.correction);
+}
+
 // A jump of the wheel's speed by half, within what left and right wheels have shown of their noise,
 // and beyond it.
 TEST(SlipWatch, NoiseOfTheWheelIsNoSlip) {
@@ -74,6 +105,7 @@ TEST(SlipWatch, NoiseOfTheWheelIsNoSlip) {
 TEST(SlipWatch, ARobotWhoseImuIsOftenWrongNeedsMoreEvidence) {
   Noise normal(1);
   Drive drive;
+  drive.radar_speaks = false;
   int slips = 0;
   for (int i = 0; i < 600; ++i) {
     const double z = normal();
@@ -90,13 +122,77 @@ TEST(SlipWatch, ARobotWhoseImuIsOftenWrongNeedsMoreEvidence) {
   EXPECT_EQ(drive.watch.now(), WheelSlip::kFast);
 }
 
+// It falls as the wheel falls silent. What it says of the speed is wrong by the time the wheel is
+// back.
+TEST(SlipWatch, DecisionThatCannotBeUsedAtOnceIsDropped) {
+  for (const double silence : {3.0, 12.0}) {
+    Drive drive = misled(false);
+    drive.wheel_speaks = drive.radar_speaks = false;
+    drive.run(0.3);
+    drive.asked = true;
+    drive.run(silence);
+    drive.wheel_speaks = true;
+    drive.published = kSpeed;
+    drive.run(1.0);
+    EXPECT_FALSE(drive.correction) << silence;
+  }
+}
+
 // After a gap of the IMU the published speed is the wheel's.
-TEST(SlipWatch, ASpeedThatIsTheWheelsShowsNoSlip) {
+TEST(SlipWatch, RadarJudgesTheWheelWhileTheSpeedIsUnknown) {
+  for (const double direction : {1.0, -1.0}) {
+    Drive drive;
+    drive.speed_known = false;
+    drive.ground = direction * kSpeed;
+    drive.wheel_speed = drive.published = 1.8 * direction * kSpeed;
+    drive.run(4.0);
+    ASSERT_TRUE(drive.correction);
+    EXPECT_NEAR(drive.correction->speed, direction * kSpeed, 0.01);
+    EXPECT_NEAR(drive.correction->sigma, 0.2 * kSpeed, 0.01);
+    EXPECT_LT(direction * drive.correction->ahead_m, -0.25);  // of 0.3 to 0.6 m
+    EXPECT_GT(direction * drive.correction->ahead_m, -0.65);
+    EXPECT_TRUE(drive.contradicted());
+    EXPECT_EQ(drive.watch.now(), WheelSlip::kFast);
+
+    drive.wheel_speed = drive.published = direction * kSpeed;
+    drive.run(3.0);
+    EXPECT_FALSE(drive.contradicted());
+    EXPECT_EQ(drive.watch.now(), WheelSlip::kNone);
+  }
+  Drive agreed;
+  agreed.speed_known = false;
+  agreed.run(4.0);
+  EXPECT_FALSE(agreed.correction);
+  EXPECT_FALSE(agreed.contradicted());
+}
+
+TEST(SlipWatch, TheRadarSeesTheEndOfASlipWhileTheSpeedIsUnknown) {
   Drive drive;
   drive.speed_known = false;
-  drive.wheel_speed = 1.8 * kSpeed;
+  drive.published = 0.4 * kSpeed;
   drive.run(3.0);
+  ASSERT_TRUE(drive.correction);
+  EXPECT_NEAR(drive.correction->speed, kSpeed, 0.01);
+  EXPECT_DOUBLE_EQ(drive.correction->sigma, 0.1);
   EXPECT_FALSE(drive.contradicted());
+  Drive slips;  // as far as can be known
+  slips.speed_known = slips.radar_speaks = false;
+  slips.wheel_speed = 1.8 * kSpeed;
+  slips.run(3.0);
+  EXPECT_FALSE(slips.correction);
+}
+
+// The speed published before the gap is no longer evidence.
+TEST(SlipWatch, DecisionBeforeTheSpeedWasLostIsForgotten) {
+  Drive drive = misled(false);
+  EXPECT_TRUE(drive.contradicted());
+  drive.asked = true;
+  drive.speed_known = false;
+  drive.published = kSpeed;
+  drive.radar_speaks = false;
+  drive.run(0.01);
+  EXPECT_FALSE(drive.contradicted());
+  drive.run(1.0);
   EXPECT_FALSE(drive.correction);
 }
 
@@ -109,6 +205,23 @@ TEST(SlipWatch, RealSlipIsNotRevoked) {
     EXPECT_FALSE(drive.correction) << wheel_speed;
     EXPECT_NE(drive.watch.now(), WheelSlip::kNone) << wheel_speed;
   }
+}
+
+TEST(SlipWatch, WheelThatReturnsInMidSlipMustFirstAgree) {
+  Drive drive;
+  drive.run(3.0);
+  drive.wheel_speaks = false;
+  drive.sigma = 0.06;
+  drive.wheel_speed = 0.68;  // 4.7 deviations off
+  drive.run(5.0);
+  drive.wheel_speaks = true;
+  drive.run(0.15);
+  EXPECT_TRUE(drive.contradicted());
+  drive.run(1.0);
+  EXPECT_TRUE(drive.contradicted());
+  drive.wheel_speed = kSpeed;
+  drive.run(1.0);
+  EXPECT_FALSE(drive.contradicted());
 }
 
 // The velocity of a long slip is less and less certain. That alone does not make the wheel right:
@@ -182,6 +295,7 @@ TEST(SlipWatch, VelocityThatDriftsTowardsTheWheelEndsNoSlip) {
 TEST(SlipWatch, SpeedToWhichNoSlipCanLeadIsTheImusError) {
   for (const double published : {3 * kSpeed, -1.5 * kSpeed}) {
     Drive robot;
+    robot.radar_speaks = false;
     robot.run(2);
     robot.published = published > 0 ? 1.3 * kSpeed : 0.3 * kSpeed;  // as a skid, or a spin, has it
     robot.run(2);

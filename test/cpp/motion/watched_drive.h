@@ -1,7 +1,8 @@
-// A robot on a straight line, with a SlipWatch that hears its wheel and its estimates.
+// A robot on a straight line, with a SlipWatch that hears its wheel, its radar and its estimates.
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <optional>
 
 #include "gprodom/config.h"
@@ -10,21 +11,24 @@
 
 namespace gprodom {
 
-// Estimates at 200 Hz, the wheel at 50 Hz; what they say is set by the test.
+// Estimates at 200 Hz, the wheel at 50 Hz, the radar once a second; what they say is set by the
+// test.
 class WatchedDrive {
  public:
   static constexpr double kSpeed = 0.4;  // m/s, of the robot
 
-  double wheel_speed = kSpeed, published = kSpeed, sigma = 0.01;  // m/s
-  double scale = 1.0;                                             // of the wheel
-  bool speed_known = true, asked = true;
+  double ground = kSpeed, wheel_speed = kSpeed;  // m/s
+  double published = kSpeed, sigma = 0.01;       // m/s
+  double scale = 1.0;                            // of the wheel
+  bool wheel_speaks = true, radar_speaks = true, asked = true;
+  bool speed_known = true;
   SlipWatch watch{WheelConfig(), SmootherConfig().lag};
   std::optional<SpeedCorrection> correction;
 
-  // Nobody asks for a speed.
+  // No radar, and nobody asks for a speed.
   static WatchedDrive alone() {
     WatchedDrive drive;
-    drive.asked = false;
+    drive.radar_speaks = drive.asked = false;
     return drive;
   }
 
@@ -32,7 +36,7 @@ class WatchedDrive {
     for (int n = 0; n < seconds * 200 - 0.5; ++n, ++i_) {
       const TimeNs now = from_seconds(100 + 0.005 * i_);
       wheel_m_ += 0.005 * wheel_speed * scale;
-      if (i_ % 4 == 0) wheel_.insert({wheel_now_ = now, wheel_m_});
+      if (wheel_speaks && i_ % 4 == 0) wheel_.insert({wheel_now_ = now, wheel_m_});
       OdometryEstimate estimate;
       estimate.time = now;
       estimate.v_body.x() = published;
@@ -41,6 +45,13 @@ class WatchedDrive {
       watch.add(estimate, wheel_, wheel_now_, speed_known);
       if (!correction && asked && i_ % 40 == 0)
         correction = watch.take_speed_correction(now - 50'000'000, wheel_, scale);
+      if (!radar_speaks || i_ % 200 != 199) continue;
+      Displacement radar;
+      radar.to = now - 50'000'000;
+      radar.from = radar.to - 1'100'000'000;
+      radar.distance_m = 1.1 * std::abs(ground);
+      radar.sigma_m = 0.2 * radar.distance_m;
+      watch.compare_with_radar(radar, wheel_, scale);
     }
   }
   bool contradicted() const { return watch.between(wheel_now_ - 100'000'000, wheel_now_); }
