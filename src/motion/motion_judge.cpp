@@ -90,6 +90,7 @@ void MotionJudge::add_radar(const gpr::Finding& finding, const PlacedDisplacemen
   if (by_coherence) {
     slip_.compare_with_radar(in_metres, wheel_, newest_.state.wheel_scale);
     unreported_.push_back(std::get<gpr::PathLength>(finding));
+    // A wheel that is silent for so long has no distance for the path when it comes back.
     while (unreported_.front().to < in_metres.to - 2 * kSecond) unreported_.pop_front();
     compare_with_wheel();
   }

@@ -6,6 +6,7 @@
 // with each published estimate, because slip shows as a difference from it.
 #pragma once
 
+#include <deque>
 #include <optional>
 #include <vector>
 
@@ -199,7 +200,7 @@ class MotionJudge {
   SlipBelief slip_belief_;
   PairSlip pair_slip_;
   IntervalSlip newest_slip_;                // of the last interval judged
-  std::deque<gpr::PathLength> unreported_;  // by the radar; the wheel's samples are still to come
+  std::deque<gpr::PathLength> unreported_;  // end after the wheel's newest sample; oldest first
   TimeNs radar_heard_ = -kStandingKept;     // end of the radar's newest finding
   TimeNs compared_to_ = -kComparedFor;      // end of the last distance by coherence
   ImmobilisedWatch immobilised_;

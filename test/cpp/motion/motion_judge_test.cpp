@@ -219,6 +219,17 @@ TEST(MotionJudge, ASpeedPutRightIsNoWitnessAgainstTheWheelForOneLag) {
   EXPECT_EQ(robot.flags, kSlipping | kWheelFast);
 }
 
+// The wheel's samples may come after the radar's answer about the same time.
+TEST(MotionJudge, APathThatEndsAfterTheWheelsNewestSampleIsComparedLater) {
+  Robot robot({}, kSpeed);
+  robot.drive(10);
+  const gpr::PathLength path = went(robot.now() - 0.5, robot.now() + 0.5, kSpeed);
+  robot.judge.add_radar(path, PlacedDisplacement(to_displacement(path, 1.0)));
+  EXPECT_FALSE(robot.judge.wheel_compared());
+  robot.drive(5);
+  EXPECT_TRUE(robot.judge.wheel_compared());
+}
+
 TEST(MotionJudge, WhatADecorrelationLengthIsIsLearntFromWhatIsPublished) {
   constexpr double kMetresPerLength = 0.04;
   for (const bool wheel_speaks : {true, false}) {
