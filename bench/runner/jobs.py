@@ -188,7 +188,7 @@ def of_ros2() -> tuple[Job, ...]:
         Job(
             "reliable",
             (drive, "--seconds=60"),
-            short=(drive, "--seconds=5"),
+            short=(drive, "--seconds=5", "--speed=8"),
             prefix="reliable",
         ),
         Job("best_effort", (drive, "--seconds=60", "--best-effort"), prefix="best_effort"),

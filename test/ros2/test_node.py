@@ -50,6 +50,9 @@ LATE = (
     "joined with later input",
 )
 LATE_BOUND_M = 1.0 if IS_SANITIZED else 0.1  # of poses, where something was late
+# DDS keeps the order of messages within a topic only. An IMU sample that overtakes a wheel message
+# gives a pose without it; that is not late. The share of such poses, and what they are off at most.
+OVERTAKEN_SHARE, OVERTAKEN_BOUND_M = 0.01, 0.005
 OUTPUTS = {
     "/odometry": (ODOMETRY, "r"),
     "/odometry_map": (ODOMETRY, "r"),
@@ -82,7 +85,8 @@ def position(m: Any) -> tuple[float, float, float]:
 
 
 def check_poses(records: list[Record], drive: Path, bound_m: float = 0.0) -> None:
-    """All poses of the replay, once and in order, and the same; the default: to the last bit.
+    """All poses of the replay, once and in order, and the same; the default: to the last bit, but
+    for those at which a wheel message was overtaken.
 
     Where data or a result of the radar, the window or the map was late, as on a busy machine, it
     took effect at another time than in replay, and the poses are only about the same. So may those
@@ -104,8 +108,10 @@ def check_poses(records: list[Record], drive: Path, bound_m: float = 0.0) -> Non
             (t := utime_of(m.header.stamp)): math.dist(position(m), expected[t]) for m in poses
         }
         assert max(apart_m.values()) <= LATE_BOUND_M, late
-        off = [t for t, m in apart_m.items() if m > bound_m and t <= told_until]
-        assert late or not off, (topic, f"{(off[0] - told_until) * 1e-6} s before the end", told)
+        off_m = {t: m for t, m in apart_m.items() if m > bound_m and t <= told_until}
+        few = len(off_m) <= OVERTAKEN_SHARE * len(poses)
+        is_overtaken = few and max(off_m.values(), default=0.0) <= OVERTAKEN_BOUND_M
+        assert late or is_overtaken, (topic, off_m, told_until, told)
 
 
 def play(folder: Path, drive: Path, wheel: str, *options: str) -> list[Record]:
