@@ -80,7 +80,6 @@ void SlipWatch::add(const OdometryEstimate& estimate, const WheelHistory& wheel,
   if (speed_known && moved) {
     now_ = seen;
     follow_share(to, share_of(*moved));
-    check_ground_speed(estimate.velocity_covariance(0, 0), speed, *moved);
     if (now_ == WheelSlip::kNone) back_from_silence_ = false;
   }
   if (now_ != WheelSlip::kNone || (!moved && back_from_silence_)) mark(from, to);
@@ -106,24 +105,6 @@ void SlipWatch::follow_share(TimeNs time, double share) {
   });
   shares_.push_back({time, share});
   largest_share_ = std::max(largest_share_, share);
-}
-
-// The force of a wheel that slips changes the ground's speed towards the wheel's. So that speed
-// stays between zero, what it was at the onset, and the wheel's. Where it is beyond this range by
-// as much as the range is wide, the accelerations are wrong and not the wheel.
-void SlipWatch::check_ground_speed(double variance, double speed, const Distances& moved) {
-  if (now_ == WheelSlip::kNone) {
-    least_speed_ = std::min(0.0, speed);
-    most_speed_ = std::max(0.0, speed);
-    return;
-  }
-  const double of_wheel = moved.wheel_m / to_seconds(window_);
-  least_speed_ = std::min(least_speed_, of_wheel);
-  most_speed_ = std::max(most_speed_, of_wheel);
-  const double beyond = std::max(least_speed_ - speed, speed - most_speed_);
-  if (beyond > most_speed_ - least_speed_ &&
-      beyond * beyond > kRadarDisagrees * kRadarDisagrees * variance)
-    speed_error_ = SpeedError{began_ - window_, true};
 }
 
 // Of a slip only the onset counts.

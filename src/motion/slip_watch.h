@@ -55,7 +55,6 @@ class SlipWatch {
   // once.
   //  - The wheel counted as slipping, but the radar has agreed with it for two seconds: the wheel's
   //    speed.
-  //  - The ground's speed, in a slip, has become one to which no slip can lead: the wheel's speed.
   //  - The speed is not known, and a distance of the radar disagrees with the published one: the
   //    wheel's speed if the radar agrees with the wheel, otherwise the radar's.
   std::optional<SpeedCorrection> take_speed_correction(TimeNs time, const WheelHistory& wheel,
@@ -100,7 +99,6 @@ class SlipWatch {
   void follow_share(TimeNs time, double share);
   void judge_by_radar_alone(const Displacement& radar, const WheelHistory& wheel,
                             double wheel_scale);
-  void check_ground_speed(double variance, double speed, const Distances& moved);
   void mark(TimeNs from, TimeNs to);
 
   WheelConfig config_;
@@ -120,8 +118,7 @@ class SlipWatch {
   TimeNs tail_time_ = 0;      // end of the interval that it has seen last
   bool jumped_back_ = false;  // in the present slip
   double largest_share_ = 0.0;
-  TimeNs began_ = 0;                             // the present slip
-  double least_speed_ = 0.0, most_speed_ = 0.0;  // m/s, signed, that the ground can have in it
+  TimeNs began_ = 0;  // the present slip
   // The wheel was silent. It may return in mid-slip, without the jump that shows an onset, so it is
   // not used until it agrees with the velocity.
   bool back_from_silence_ = false;

@@ -290,23 +290,5 @@ TEST(SlipWatch, VelocityThatDriftsTowardsTheWheelEndsNoSlip) {
   EXPECT_TRUE(robot.contradicted());
 }
 
-// A wheel that slips pulls the ground's speed towards its own. Accelerations of an IMU that is
-// mounted otherwise carry it anywhere.
-TEST(SlipWatch, SpeedToWhichNoSlipCanLeadIsTheImusError) {
-  for (const double published : {3 * kSpeed, -1.5 * kSpeed}) {
-    Drive robot;
-    robot.radar_speaks = false;
-    robot.run(2);
-    robot.published = published > 0 ? 1.3 * kSpeed : 0.3 * kSpeed;  // as a skid, or a spin, has it
-    robot.run(2);
-    EXPECT_TRUE(robot.contradicted());
-    EXPECT_FALSE(robot.correction);
-    robot.published = published;
-    robot.run(0.5);
-    ASSERT_TRUE(robot.correction);
-    EXPECT_NEAR(robot.correction->speed, kSpeed, 0.02);
-  }
-}
-
 }  // namespace
 }  // namespace gprodom
