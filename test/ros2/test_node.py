@@ -51,7 +51,8 @@ LATE = (
 )
 LATE_BOUND_M = 1.0 if IS_SANITIZED else 0.1  # of poses, where something was late
 # DDS keeps the order of messages within a topic only. An IMU sample that overtakes a wheel message
-# gives a pose without it; that is not late. The share of such poses, and what they are off at most.
+# gives a pose without it; that is not late. The pose lacks what the wheel corrects of the IMU's
+# prediction since the last message. The share of such poses, and what they are off at most.
 OVERTAKEN_SHARE, OVERTAKEN_BOUND_M = 0.01, 0.005
 OUTPUTS = {
     "/odometry": (ODOMETRY, "r"),
